@@ -50,7 +50,7 @@ from contactlaw.world.data.demand import READ as READ_STATE
 from contactlaw.world.data.demand import STEP
 from contactlaw.world.data.records import RESIZED
 from contactlaw.world.data.vec import load, load4, scale, store, store4
-from contactlaw.world.sleep import lies
+from contactlaw.world.sleep import is_at_rest
 from contactlaw.world.state import forget_motion, unused_span, write
 from contactlaw.world.step import FIXED, PRESSED
 from contactlaw.world.trees.mobility import clear, copy
@@ -81,7 +81,7 @@ def move_world(head, w, state):
     for i in range(head.mocap_count):
         read_mocap(head, w, mocap_at(head.mocaps, i), state[PUSH + 2 * head.nv + MOCAP_SIZE * i :])
     run_trees(head, FIND)
-    if head.tree_count == 0 and head.mocap_count == 0 and lies(w):
+    if head.tree_count == 0 and head.mocap_count == 0 and is_at_rest(w):
         for i in range(head.free_count):
             write_free(head, free_at(head.frees, i), state[PUSH + head.nv :])
         copy(floats(data_at(head.data, 0).qacc, 0, head.nv), floats(head.left, 1 + head.nq + head.nv, head.nv))

@@ -35,8 +35,8 @@ rule, "geoms 12" with room for 12 different values (default 8). law: as for `law
 node_count=32". substeps: least number of substeps in a contact; the largest value in a model holds for all contacts.
 rounding: radius [m] of the edges of boxes and cylinders; default a tenth of the smallest half length of each. overlaps:
 "keep": shapes that are found overlapping are pushed apart; default "relax": they count as just touching, see
-`world.contacts.touch.close`. name: name of the instance. MuJoCo prefixes and suffixes all names of a model that is
-attached to another; the prefix and suffix of the geoms are found by comparing the instance's name with this one.
+`world.contacts.touch.begin_contact`. name: name of the instance. MuJoCo prefixes and suffixes all names of a model that
+is attached to another; the prefix and suffix of the geoms are found by comparing the instance's name with this one.
 """
 
 SUBSTEPS = 100

@@ -20,7 +20,7 @@ from contactlaw.memory import whole_at
 from contactlaw.mujoco_plugin.block import floats, shifted
 from contactlaw.mujoco_plugin.layout import data_at, jit
 from contactlaw.world.bodies.motion import set_axes, spin_change, spin_rate, update_momentum
-from contactlaw.world.contacts.force import hardly_moves
+from contactlaw.world.contacts.force import is_quasi_static
 from contactlaw.world.data.access import body_at, world_at
 from contactlaw.world.data.vec import (
     add,
@@ -214,7 +214,7 @@ def mean_share(c, dt):
     is left.
     """
     t = c.touch
-    if t.force <= 0.0 or hardly_moves(c, 1.0):
+    if t.force <= 0.0 or is_quasi_static(c, 1.0):
         return 1.0
     parting = sqrt(t.closing * t.closing + 0.8 * t.force * max(t.overlap, 0.0) / t.mass)
     return min(t.mass * (t.closing + parting) / (t.force * dt), 1.0)

@@ -52,7 +52,7 @@ from contactlaw.world.data.vec import (
     sub,
 )
 from contactlaw.world.shapes.curvature import radius_is_clear
-from contactlaw.world.sleep import lies
+from contactlaw.world.sleep import is_at_rest
 from contactlaw.world.step import GROWS
 
 
@@ -76,7 +76,7 @@ def finish_step(block, stepped):
     if not (ready(w, STEP) and call_step(address(w, STEP), w, head.dt, GROWS)):
         return NO_ROOM
     done = write_bodies(head, w, stepped)
-    return done if done > 0 or not lies(w) else ASLEEP
+    return done if done > 0 or not is_at_rest(w) else ASLEEP
 
 
 @jit_inside

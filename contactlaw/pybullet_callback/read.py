@@ -31,7 +31,7 @@ from contactlaw.world.data.vec import add, axpy, dot, load, load4, norm, product
 from contactlaw.world.near.guards import outgrown, surface_speed
 from contactlaw.world.near.listing import list_near, strayed
 from contactlaw.world.shapes.geometry import meet
-from contactlaw.world.sleep import disturbed
+from contactlaw.world.sleep import is_disturbed
 from contactlaw.world.step import PRESSED
 
 
@@ -202,7 +202,7 @@ def read_accelerations(head, w):
         if not isfinite(dot(v, v) + dot(u, u)):
             head.bad = k
             return -1
-        sleep = sleep and b.asleep != 0 and not disturbed(b)
+        sleep = sleep and b.asleep != 0 and not is_disturbed(b)
         falls = falls or (r.pressed == 0 and b.asleep == 0 and norm(gravity) > 0.0)
         gained = sub(sub(v, old), scale(dt, axpy(1.0 / r.mass, load(r.force), gravity)))
         speeds = norm(v) + norm(old) + dt * (norm(gravity) + norm(load(r.force)) / r.mass)

@@ -12,11 +12,11 @@ from contactlaw.jit import jit_inside
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.bodies.bounds import time_to_close
 from contactlaw.world.bodies.motion import closing_at, drift, fly, greatest_closing, settle, turn_rate
-from contactlaw.world.contacts.pace import add_pace, radius_of, substep, touch_time
-from contactlaw.world.contacts.touch import TOUCHING, advance, apply_force, close, look, open_up
+from contactlaw.world.contacts.pace import add_square_rate, longest_substep, radius_of, touch_duration
+from contactlaw.world.contacts.touch import TOUCHING, advance, apply_force, begin_contact, end_contact, measure
 from contactlaw.world.data.access import body_at, contact_at, law_of, near_at, pair_at, tree_at
-from contactlaw.world.data.call import address, call_coast, call_land, call_set_out, ready
-from contactlaw.world.data.demand import COAST, LAND, SET_OUT
+from contactlaw.world.data.call import address, call_coast, call_start_coasting, call_stop_coasting, ready
+from contactlaw.world.data.demand import COAST, START_COASTING, STOP_COASTING
 from contactlaw.world.data.records import NEVER, TWIST_ALWAYS, TWIST_LATER, TWIST_NOW
 from contactlaw.world.data.vec import load, norm, store
 from contactlaw.world.near.guards import keep_gap, known_gap, over_plane
@@ -98,7 +98,7 @@ def approach(w, bodies, pairs, t, until):
                     foresee(w, p, t)
                 first = min(first, p.toi)
                 touches = p.toi <= t + soon and p.gap <= TOUCHING * radius_of(w, p)
-                if touches and close(w, whole_at(w.island_pairs, i), -p.gap):
+                if touches and begin_contact(w, whole_at(w.island_pairs, i), -p.gap):
                     closed = True
             else:
                 closed = True
@@ -148,7 +148,7 @@ def run(w, bodies, pairs, t, now, until):
         for i in range(bodies):
             drift(body_at(w.bodies, whole_at(w.island_bodies, i)), h)
         if rest < pairs and (stirred or last or done == BLOCK or h != spacing):
-            call_land(address(w, LAND), w, pairs - rest)
+            call_stop_coasting(address(w, STOP_COASTING), w, pairs - rest)
             rest = pairs
         w.twists = TWIST_ALWAYS
         if joints or closed > w.crowd:
@@ -176,15 +176,15 @@ def run(w, bodies, pairs, t, now, until):
                 apply_force(c, a, b, 0.5 * (h + following) + c.end_weight * h)
             else:
                 apply_force(c, a, b, c.end_weight * h)
-                open_up(p, c)
+                end_contact(p, c)
         stirred = anew
         if rest < pairs:
             stirred = call_coast(address(w, COAST), w, pairs - rest, (h, 0.5 * (h + following))) or anew
         w.kicks += closed
         if rest == pairs and done <= 1 and following == h and closed > w.crowd:
             count = min(BLOCK, (until - t) / h)
-            if count > LEAST_COASTED and ready(w, SET_OUT):
-                rest, spacing = call_set_out(address(w, SET_OUT), w, pairs, h, count), h
+            if count > LEAST_COASTED and ready(w, START_COASTING):
+                rest, spacing = call_start_coasting(address(w, START_COASTING), w, pairs, h, count), h
         h = following
     w.twists = TWIST_ALWAYS
     for i in range(bodies):
@@ -240,15 +240,15 @@ def forces(w, pairs, span, few):
                     overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
                 gap = -overlap
                 if 0.0 <= gap < AHEAD * span[1] * closing_at(a, arm_a, b, arm_b, n):
-                    own = touch_time(w, p) / substeps_of(w, p, few)
+                    own = touch_duration(w, p) / substeps_of(w, p, few)
                     news = min(news, own if own < LEAST_CHANGE * span[1] else NEVER)
             p.gap = gap
             p.path_limit = gap + a.path + b.path
             keep_gap(w, p, a.time if b.still != 0 else b.time)
-            if gap >= 0.0 or not close(w, whole_at(w.island_pairs, i), min(before, 0.0)):
+            if gap >= 0.0 or not begin_contact(w, whole_at(w.island_pairs, i), min(before, 0.0)):
                 continue
-            news = min(news, substep(w, contact_at(w.contacts, p.slot), a, b, substeps_of(w, p, False)))
-        look(w, contact_at(w.contacts, p.slot), a, b)
+            news = min(news, longest_substep(w, contact_at(w.contacts, p.slot), a, b, substeps_of(w, p, False)))
+        measure(w, contact_at(w.contacts, p.slot), a, b)
         a.pressing += 1
         b.pressing += 1
     for i in range(pairs):
@@ -272,15 +272,15 @@ def length(w, pairs, t):
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         closed += p.closed
-        body_at(w.bodies, p.body_a).paces, body_at(w.bodies, p.body_b).paces = 0.0, 0.0
+        body_at(w.bodies, p.body_a).square_rate, body_at(w.bodies, p.body_b).square_rate = 0.0, 0.0
     for i in range(pairs):
-        add_pace(w, near_at(w.near, whole_at(w.island_pairs, i)))
+        add_square_rate(w, near_at(w.near, whole_at(w.island_pairs, i)))
     few = closed <= w.crowd
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed != 0:
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            h = min(h, substep(w, contact_at(w.contacts, p.slot), a, b, substeps_of(w, p, few)))
+            h = min(h, longest_substep(w, contact_at(w.contacts, p.slot), a, b, substeps_of(w, p, few)))
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed == 0:
@@ -292,7 +292,7 @@ def length(w, pairs, t):
                 foresee(w, p, t)
                 p.path_limit = p.gap + a.path + b.path
                 if time_to_close(max(p.gap, 0.0), p.closing, max(p.acceleration, 0.0)) < soon:
-                    h = min(h, touch_time(w, p) / substeps_of(w, p, few))
+                    h = min(h, touch_duration(w, p) / substeps_of(w, p, few))
     return h
 
 

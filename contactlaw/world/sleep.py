@@ -1,8 +1,8 @@
-"""Islands in which nothing moves: their bodies stand still to the last bit, and cost nothing.
+"""Sleep: bodies of an island at rest stand still to the last bit, and cost nothing.
 
-An island falls asleep when, in the time of an impact, no contact of it would move by more than a tiny share of its
-overlap, neither by the motion nor by the acceleration that there is. It wakes when a body that is awake comes near, or
-when somebody changes the velocity or the acceleration of one of its bodies.
+An island falls asleep when, within the duration of an impact, the present velocities and accelerations would move no
+contact of it by more than a tiny share of its overlap. It wakes when a body that is awake comes near, or when the user
+changes the velocity or acceleration of one of its bodies.
 """
 
 from __future__ import annotations
@@ -10,26 +10,26 @@ from __future__ import annotations
 from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import settle, spin_change
-from contactlaw.world.contacts.pace import contact_time
+from contactlaw.world.contacts.pace import contact_duration
 from contactlaw.world.contacts.rolling import moment_of
 from contactlaw.world.data.access import body_at, contact_at, near_at, tree_at
 from contactlaw.world.data.call import address, call_on_island, call_with_body, call_with_vectors, ready
 from contactlaw.world.data.demand import SLEEP
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub
 
-PLACES = 1.6e-14  # of a place: its rounding, and what contacts make of it in the time of an impact
-SAME = 1e-12  # of an acceleration, a change that is none
+POSITION_ROUNDING = 1.6e-14  # motion of a contact by rounding of positions in an impact's duration, over these
+SAME = 1e-12  # relative difference of accelerations that count as equal
 
 
 @jit_inside
 def fall_asleep(w, bodies, pairs):
-    """Put an island to sleep if it hardly moves and is in balance."""
-    if w.stillness != 0.0 and hardly(w, pairs, w.stillness, 1) and ready(w, SLEEP):
+    """Put an island to sleep if it is nearly still and its forces are in balance."""
+    if w.stillness != 0.0 and is_nearly_still(w, pairs, w.stillness, 1) and ready(w, SLEEP):
         call_on_island(address(w, SLEEP), w, bodies, pairs)
 
 
-def settle_down(w, bodies, pairs):
-    """Put an island that hardly moves to sleep if it is in balance."""
+def sleep_if_balanced(w, bodies, pairs):
+    """Put an island with hardly any velocity to sleep if its forces are in balance, and act on all its bodies."""
     for i in range(bodies):  # `shift` and `twist` are free between substeps: here they hold accelerations
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         store(b.shift, load(b.acceleration))
@@ -40,9 +40,9 @@ def settle_down(w, bodies, pairs):
         if p.closed != 0:
             c = contact_at(w.contacts, p.slot)
             force, moment = load(c.force), moment_of(c)
-            press(body_at(w.bodies, p.body_a), force, sub(cross(load(c.arm_a), force), moment))
-            press(body_at(w.bodies, p.body_b), scale(-1.0, force), sub(moment, cross(load(c.arm_b), force)))
-    if not hardly(w, pairs, w.stillness, 2):
+            add_load(body_at(w.bodies, p.body_a), force, sub(cross(load(c.arm_a), force), moment))
+            add_load(body_at(w.bodies, p.body_b), scale(-1.0, force), sub(moment, cross(load(c.arm_b), force)))
+    if not is_nearly_still(w, pairs, w.stillness, 2):
         return
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
@@ -61,10 +61,10 @@ def settle_down(w, bodies, pairs):
 
 
 @jit_inside
-def hardly(w, pairs, part, order):
-    """Whether all bodies of closed contacts move by less than a part of their overlaps in an impact's time.
+def is_nearly_still(w, pairs, share, order):
+    """Return whether closed contacts move by less than a share of their overlaps in an impact's duration; none: False.
 
-    order: 1, by their velocities; 2, by the accelerations in `shift` and `twist`.
+    order: 1, by the bodies' velocities; 2, by the accelerations in `shift` and `twist`.
     """
     some = False
     for i in range(pairs):
@@ -73,41 +73,39 @@ def hardly(w, pairs, part, order):
             some = True
             c = contact_at(w.contacts, p.slot)
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            time = contact_time(w, c, a, b)
-            rate = rate_of(a, norm(load(c.arm_a)), order) + rate_of(b, norm(load(c.arm_b)), order)
-            if rate * time * (time if order == 2 else 1.0) > least_move(c, a, b, part):
+            time = contact_duration(w, c, a, b)
+            rate = max_rate(a, norm(load(c.arm_a)), order) + max_rate(b, norm(load(c.arm_b)), order)
+            rounding = POSITION_ROUNDING * (norm(load(a.position)) + norm(load(b.position)))
+            if rate * time * (time if order == 2 else 1.0) > share * c.touch.overlap + rounding:
                 return False
     return some
 
 
 @jit_inside
-def rate_of(b, arm, order):
-    """Speed of a point of a body at most, this far from its centre of mass [m]; of a tree, of any of them."""
-    out = rate_of_one(b, arm, order)
+def max_rate(b, arm, order):
+    """Return a bound on the speed or acceleration of a point `arm` [m] from a body's centre of mass.
+
+    In a tree that of all its bodies. order: as for `is_nearly_still`.
+    """
+    out = max_rate_of_one(b, arm, order)
     if b.tree != 0:
         t = tree_at(b.tree, 0)
         for i in range(t.count):
-            out = max(out, rate_of_one(body_at(t.bodies, i), arm, order))
+            out = max(out, max_rate_of_one(body_at(t.bodies, i), arm, order))
     return out
 
 
 @jit_inside
-def rate_of_one(b, arm, order):
-    """The same of one body; or its acceleration."""
+def max_rate_of_one(b, arm, order):
+    """Return `max_rate` of a single body."""
     if order == 2:
         return norm(load(b.shift)) + norm(load(b.twist)) * arm
     return norm(load(b.velocity)) + norm(load(b.spin)) * arm
 
 
 @jit_inside
-def least_move(c, a, b, part):
-    """A part of a contact's overlap [m], but no less than what places can tell apart."""
-    return part * c.touch.overlap + PLACES * (norm(load(a.position)) + norm(load(b.position)))
-
-
-@jit_inside
-def press(b, force, moment):
-    """Count a force and a moment towards a body's accelerations."""
+def add_load(b, force, moment):
+    """Add the effect of a force [N] and a moment [N m] to the accelerations of a body, unless it stands still."""
     if b.still == 0 and b.tree != 0:
         call_with_vectors(tree_at(b.tree, 0).add_accelerations, b, force, moment)
     elif b.still == 0:
@@ -118,7 +116,7 @@ def press(b, force, moment):
 
 @jit_inside
 def wake(w, now):
-    """Wake all bodies that sleep in pairs taken into the window that begins now."""
+    """Wake all sleeping bodies of pairs that are active in the window that begins now [s]."""
     for k in range(w.nears):
         p = near_at(w.near, k)
         if p.active != 0:
@@ -131,18 +129,18 @@ def wake(w, now):
 
 @jit_inside
 def wake_body(b, now):
-    """Wake one body, and all others of its tree."""
+    """Wake a body, and all others of its tree."""
     if b.tree == 0:
-        rouse(b, now)
+        wake_one(b, now)
     else:
         t = tree_at(b.tree, 0)
         for i in range(t.count):
-            rouse(body_at(t.bodies, i), now)
+            wake_one(body_at(t.bodies, i), now)
 
 
 @jit_inside
-def rouse(b, now):
-    """A body moves again from now on."""
+def wake_one(b, now):
+    """Wake a single body."""
     b.asleep = 0
     b.still = 0
     b.time = now
@@ -150,22 +148,22 @@ def rouse(b, now):
 
 
 @jit_inside
-def lies(w):
-    """Whether nobody has moved in the last step, nor will in this one: nothing changes in the world."""
+def is_at_rest(w):
+    """Return whether no body has moved in the last step, and none will in this one."""
     if w.rested == 0 or w.stale != 0:
         return False
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
-        if b.inverse_mass != 0.0 and (b.asleep == 0 or disturbed(b)):
+        if b.inverse_mass != 0.0 and (b.asleep == 0 or is_disturbed(b)):
             return False
     return True
 
 
 @jit_inside
-def disturbed(b):
-    """Whether a body that sleeps was given a velocity, or is pressed otherwise than when it fell asleep.
+def is_disturbed(b):
+    """Return whether a sleeping body has a velocity, or another load than when it fell asleep.
 
-    What an engine says of one and the same force may differ by rounding. `held` may be NaN, which differs from all.
+    Engines may report one and the same load with rounding errors. `held` may be NaN: then the load differs.
     """
     if b.tree != 0:
         return tree_at(b.tree, 0).disturbed != 0

@@ -1,13 +1,13 @@
 """The state of a world between steps, besides the motion of its bodies, as a row of numbers of fixed size.
 
-That is closed contacts, and which bodies sleep. An engine keeps the row in its own state, so that a saved, copied or
-restored state continues as the original: to the bit, if the bodies' motion is the same to the bit. All else follows
-from the bodies at the start of a step: near pairs are listed anew.
+It consists of closed contacts, sleeping bodies and ledgers. An engine keeps the row in its own state, so that a saved,
+copied or restored state continues as the original: to the bit, if the bodies' motion is the same to the bit. All else
+follows from the bodies at the start of a step: near pairs are listed anew.
 
 The row holds the number of contacts that are closed, or open with an initial overlap; of each, in the order of the near
 list, its two shapes, its touches, the numbers of its record, and the history of its law; of each body whether it
 sleeps, and the acceleration it fell asleep with, or its pause of implicit steps; of each pair its ledger. Users of the
-engine can write to rows, and a row may be another model's: contacts that are not plausible are left out one by one.
+engine can write to rows, and a row may be that of another model: each contact that is not plausible is left out.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 from contactlaw.jit import jit_inside
 from contactlaw.laws.record import LASTING, OPEN, PRESSED, SPUN, UNSHEARED
 from contactlaw.memory import doubles_at, set_whole, whole_at
-from contactlaw.world.contacts.touch import enter
+from contactlaw.world.contacts.touch import add_to_ledger
 from contactlaw.world.data.access import (
     KNOWN_NUMBERS,
     axis_at,
@@ -41,13 +41,13 @@ from contactlaw.world.near.pairing import can_touch, pair_of
 HEAD, SHAPES, SLEEP = 1, 3, 4  # numbers before all contacts, before the fields of each contact, of each body
 RECORD = CONTACT.itemsize
 FIELDS = CONTACT.fields or {}
-FROM, LAST = int(FIELDS["interval"][1]), int(FIELDS["duration"][1])  # offsets; only float64 fields between them
-REST = (LAST - FROM) // 8 + 1
-PER_CONTACT = SHAPES + KNOWN_NUMBERS + REST  # numbers of a contact, besides the history of its law
-LARGEST = 1e30  # magnitude of any number that is accepted, SI units: products of a few stay finite
-DEEPEST = 10.0  # greatest overlap that is accepted, over the radius
-STRONGEST = 1e3  # greatest force that is accepted, over E* R^2
-UNIT = 1e-9  # tolerance of the squared length of a unit vector
+FIRST, LAST = int(FIELDS["interval"][1]), int(FIELDS["duration"][1])  # offsets; only float64 fields between them
+KEPT = (LAST - FIRST) // 8 + 1
+PER_CONTACT = SHAPES + KNOWN_NUMBERS + KEPT  # numbers of a contact, besides the history of its law
+MAX_NUMBER = 1e30  # magnitude of any number that is accepted, SI units: products of a few stay finite
+MAX_OVERLAP = 10.0  # greatest overlap that is accepted, over the radius
+MAX_FORCE = 1e3  # greatest force that is accepted, over E* R^2
+UNIT = 1e-9  # tolerance of the squared length of a unit vector, of orthogonality and of limits of forces
 
 
 def size(contact_room: int, memory_size: int, body_count: int, pair_count: int) -> int:
@@ -98,7 +98,7 @@ def write(w, out):
         count += 1
         out[at], out[at + 1], out[at + 2] = p.a, p.b, contact_at(w.contacts, p.slot).touches
         at = write_numbers(contact_fields(w, p.slot, 0, KNOWN_NUMBERS), out, at + SHAPES)
-        at = write_numbers(contact_fields(w, p.slot, FROM, REST), out, at)
+        at = write_numbers(contact_fields(w, p.slot, FIRST, KEPT), out, at)
         at = write_numbers(memory_of(w, p.slot), out, at)
     for i in range(at, HEAD + before * length):
         out[i] = 0.0
@@ -116,7 +116,7 @@ def write(w, out):
     for k in range(w.nears):
         p = near_at(w.near, k)
         if p.slot >= 0 and p.closed == 0 and p.initial_overlap == 0.0:
-            enter(contact_at(w.contacts, p.slot), out[at + LEDGER * p.pair :])
+            add_to_ledger(contact_at(w.contacts, p.slot), out[at + LEDGER * p.pair :])
     return lost
 
 
@@ -141,7 +141,7 @@ def is_small(numbers, count):
     """Return whether numbers are finite, and small enough for their products to be so."""
     sound = True
     for i in range(count):
-        sound = sound and abs(numbers[i]) <= LARGEST
+        sound = sound and abs(numbers[i]) <= MAX_NUMBER
     return sound
 
 
@@ -164,12 +164,12 @@ def read(w, row):
             a, b = int(row[at]), int(row[at + 1])
             c = contact_at(w.contacts, slot)
             c.touches = int(row[at + 2])
-            # laws know all motion between steps; but the slot may hold what a contact that parted did not tell
+            # between steps laws have received all motion, but the slot may hold pending motion of a parted contact
             c.pending_twist, c.twist_overlap, c.coasted_from = 0.0, 0.0, 0.0
             here = read_numbers(row, at + SHAPES, contact_fields(w, slot, 0, KNOWN_NUMBERS))
-            here = read_numbers(row, here, contact_fields(w, slot, FROM, REST))
+            here = read_numbers(row, here, contact_fields(w, slot, FIRST, KEPT))
             read_numbers(row, here, memory_of(w, slot))
-            bad += 0 if close_contact(w, c, a, b) else 1
+            bad += 0 if restore_contact(w, c, a, b) else 1
         else:
             bad += 1
         at += length
@@ -185,7 +185,7 @@ def read(w, row):
 
 
 def read_at(w, address, count):
-    """Do the same with the row at an address."""
+    """Set a world to the state in the row of `count` numbers at an address; see `read`."""
     return read(w, carray(doubles_at(address), count))
 
 
@@ -239,7 +239,7 @@ def is_readable(w, row, last_a, last_b):
 
 
 @jit_inside
-def close_contact(w, c, a, b):
+def restore_contact(w, c, a, b):
     """Close the contact of shapes a and b whose numbers are in the next free slot, if these are plausible."""
     sa, sb = shape_at(w.shapes, a), shape_at(w.shapes, b)
     pair = pair_of(w, a, b)
@@ -252,11 +252,11 @@ def close_contact(w, c, a, b):
     t.friction = max(min(t.friction, t.mu), 0.0)  # less than mu where the contact spins
     t.radius = own if own > 0.0 else t.radius
     both = sa.radius + sb.radius
-    arms = is_sound_arm(body_at(w.bodies, sa.body), load(c.arm_a), both)
-    arms = arms and is_sound_arm(body_at(w.bodies, sb.body), load(c.arm_b), both)
+    arms = is_possible_arm(body_at(w.bodies, sa.body), load(c.arm_a), both)
+    arms = arms and is_possible_arm(body_at(w.bodies, sb.body), load(c.arm_b), both)
     spins = t.state != SPUN or law.sectors > 0.0
     closed = t.overlap > 0.0 or (t.overlap == 0.0 < c.initial_overlap and t.force == 0.0)
-    sound = is_sound_touch(t) and is_sound_frame(c, law.rolling)
+    sound = is_possible_touch(t) and is_possible_frame(c, law.rolling)
     if not (arms and spins and closed and c.initial_overlap >= 0.0 and sound):
         return False
     w.spares -= 1
@@ -269,21 +269,21 @@ def close_contact(w, c, a, b):
 
 
 @jit_inside
-def is_sound_touch(t):
+def is_possible_touch(t):
     """Return whether the state of a contact's law is possible."""
-    strongest = STRONGEST * t.e_star * t.radius * t.radius
+    strongest = MAX_FORCE * t.e_star * t.radius * t.radius
     phases = OPEN <= t.state <= UNSHEARED and PRESSED <= t.course <= LASTING
-    overlaps = 0.0 <= t.overlap <= DEEPEST * t.radius and abs(t.before) <= DEEPEST * t.radius and t.reach >= 0.0
+    overlaps = 0.0 <= t.overlap <= MAX_OVERLAP * t.radius and abs(t.before) <= MAX_OVERLAP * t.radius and t.reach >= 0.0
     forces = 0.0 <= t.force <= strongest and t.f * t.f + t.g * t.g <= strongest * strongest
     least = min(min(t.mass, t.tangential_mass), min(t.stiffness, t.radius))
-    positive = least > 1.0 / LARGEST and min(t.ratio, t.scale) >= 0.0
+    positive = least > 1.0 / MAX_NUMBER and min(t.ratio, t.scale) >= 0.0
     whole = t.state == int(t.state) and t.course == int(t.course)
     positive = positive and min(t.mu, t.zeta) >= 0.0
     return phases and overlaps and forces and positive and whole and abs(t.skew) < 1.0
 
 
 @jit_inside
-def is_sound_frame(c, resistance):
+def is_possible_frame(c, resistance):
     """Return whether a contact's frame is orthonormal, and its force and moments are within its law's limits."""
     n, e, force = load(c.normal), load(c.tangent), load(c.force)
     square = abs(dot(n, n) - 1.0) <= UNIT and abs(dot(e, e) - 1.0) <= UNIT and abs(dot(n, e)) <= UNIT
@@ -298,7 +298,7 @@ def is_sound_frame(c, resistance):
 
 
 @jit_inside
-def is_sound_arm(b, arm, radii):
+def is_possible_arm(b, arm, radii):
     """Return whether a point of contact can be this far from a body's centre of mass; always of kinematic bodies."""
     return (b.inverse_mass == 0.0 and b.tree == 0) or norm(arm) <= 2.0 * (b.reach + radii)
 

@@ -13,8 +13,8 @@ from __future__ import annotations
 from contactlaw.jit import jit, jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import closing_at, fly, is_static, settle, update_momentum
-from contactlaw.world.contacts.pace import LONG, rests
-from contactlaw.world.contacts.touch import forget_put_in, release, replace, stays_built
+from contactlaw.world.contacts.pace import LEAST_STEP, stays_closed
+from contactlaw.world.contacts.touch import release, release_if_put_deeper, update_geometry, update_initial_overlap
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at, tree_at
 from contactlaw.world.data.call import address, call_on_world, call_step, error_pending, ready
 from contactlaw.world.data.demand import LAST, STEP
@@ -24,7 +24,7 @@ from contactlaw.world.island import integrate
 from contactlaw.world.near.guards import fastest, is_guarded, outgrown, part_at_start
 from contactlaw.world.near.listing import count_slots, list_near, strayed
 from contactlaw.world.shapes.geometry import meet_near
-from contactlaw.world.sleep import disturbed, wake, wake_body
+from contactlaw.world.sleep import is_disturbed, wake, wake_body
 from contactlaw.world.window import activate, link, look_ahead, next_impact
 
 PRESSED, FIXED, GROWS = range(3)  # what `step_once` is to do
@@ -87,7 +87,7 @@ def find_pressed(w):
             p = near_at(w.near, k)
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             if closed * p.closed * (a.placed + b.placed) != 0:
-                forget_put_in(w, p)
+                release_if_put_deeper(w, p)
             pressed = p.closed != 0
             if pressed != closed:
                 continue
@@ -142,7 +142,7 @@ def finish(w, dt):
         if w.stale != 0:
             list_near(w)
         first, shortest, window = look_ahead(w, now, dt)
-        if now == 0.0 and LONG * shortest <= dt and some_last(w) and let_last(w):
+        if now == 0.0 and LEAST_STEP * shortest <= dt and some_last(w) and let_last(w):
             first, shortest, window = look_ahead(w, now, dt)
         if shortest == NEVER:
             if first >= dt:
@@ -180,7 +180,7 @@ def some_last(w):
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         if p.closed != 0 and (a.still == 0 or b.still == 0):
             c = contact_at(w.contacts, p.slot)
-            if rests(c, a, b):
+            if stays_closed(c, a, b):
                 return True
     return False
 
@@ -203,7 +203,7 @@ def begin(w, dt):
         if b.tree != 0 and b.member == 0 and not passes:
             tree_at(b.tree, 0).span = dt
             settle(b)
-        if b.asleep != 0 and (w.edited != 0 or disturbed(b)):
+        if b.asleep != 0 and (w.edited != 0 or is_disturbed(b)):
             wake_body(b, 0.0)
             settle(b)
         update_momentum(b)
@@ -221,7 +221,7 @@ def begin(w, dt):
         p = near_at(w.near, k)
         if body_at(w.bodies, p.body_a).done == 0 and body_at(w.bodies, p.body_b).done == 0:
             p.checked = -1.0
-        if p.slot >= 0 and p.closed == 0 and not stays_built(w, p):
+        if p.slot >= 0 and p.closed == 0 and not update_initial_overlap(w, p):
             release(w, p.slot)
             p.slot = -1
     for slot in range(w.slots if w.spares < w.contact_room else 0):
@@ -244,7 +244,7 @@ def follow_tangents(w):
     for k in range(w.nears):
         p = near_at(w.near, k)
         if p.closed != 0 and shape_at(w.shapes, p.b).kind == TANGENT:
-            replace(w, contact_at(w.contacts, p.slot))
+            update_geometry(w, contact_at(w.contacts, p.slot))
 
 
 @jit_inside

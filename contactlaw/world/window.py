@@ -15,7 +15,7 @@ from contactlaw.laws.record import LASTING
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.bodies.bounds import time_to_close
 from contactlaw.world.bodies.motion import fly, mobility_bound
-from contactlaw.world.contacts.pace import closing_speed, contact_time, touch_time
+from contactlaw.world.contacts.pace import closing_speed, contact_duration, touch_duration
 from contactlaw.world.data.access import body_at, contact_at, near_at, scratch_body, tree_at
 from contactlaw.world.data.call import call_with_body
 from contactlaw.world.data.records import NEVER
@@ -44,7 +44,7 @@ def look_ahead(w, now, step):
         if p.closed != 0:
             c = contact_at(w.contacts, p.slot)
             lasting += 1 if c.touch.course == LASTING else 0
-            shortest = min(shortest, contact_time(w, c, a, b))
+            shortest = min(shortest, contact_duration(w, c, a, b))
             continue
         if a.changed != 0 or b.changed != 0 or p.toi <= now:
             if is_guarded(w, p, step, 0.0):
@@ -86,7 +86,7 @@ def next_impact(w, now):
         p = near_at(w.near, k)
         still = body_at(w.bodies, p.body_a).still != 0 and body_at(w.bodies, p.body_b).still != 0
         if p.closed == 0 and p.toi <= now and not still:
-            shortest = min(shortest, touch_time(w, p))
+            shortest = min(shortest, touch_duration(w, p))
     return shortest
 
 

@@ -11,7 +11,7 @@ import pytest
 from contactlaw import MATERIALS, ContactPair, Material
 from contactlaw.jit import jit
 from contactlaw.world import World
-from contactlaw.world.contacts.force import ask_at, slopes
+from contactlaw.world.contacts.force import advance_from_saved, slopes
 from contactlaw.world.data.access import contact_at, save_contact
 from contactlaw.world.implicit.equations import room_for
 from contactlaw.world.trees.description import Joint, Part, Tree
@@ -332,15 +332,15 @@ def slopes_both_ways(world, moved, stage, out):
     c = contact_at(w.contacts, 0)
     t, u, v = c.touch, moved[0], moved[1]
     t.before, t.closing = t.overlap, 0.0
-    ask_at(w, c, 0, (u, v, 0.0), (u / stage, v / stage, 0.0))
+    advance_from_saved(w, c, 0, (u, v, 0.0), (u / stage, v / stage, 0.0))
     force, f, g, overlap, way = t.force, t.f, t.g, t.overlap, 1e-4 * t.overlap
     out[0, :7] = slopes(w, c, 0, (u, v, 0.0), (u / stage, v / stage, 0.0), stage)[:7]
     t.overlap, t.closing = overlap + way, way / stage
-    ask_at(w, c, 0, (u, v, 0.0), (u / stage, v / stage, 0.0))
+    advance_from_saved(w, c, 0, (u, v, 0.0), (u / stage, v / stage, 0.0))
     out[1, :3] = (t.force - force) / way, (t.f - f) / way, (t.g - g) / way
     t.overlap, t.closing = overlap, 0.0
     for k, (x, y) in enumerate(((u + way, v), (u, v + way))):
-        ask_at(w, c, 0, (x, y, 0.0), (x / stage, y / stage, 0.0))
+        advance_from_saved(w, c, 0, (x, y, 0.0), (x / stage, y / stage, 0.0))
         out[1, 3 + 2 * k], out[1, 4 + 2 * k] = (t.f - f) / way, (t.g - g) / way
 
 

@@ -11,7 +11,7 @@ from contactlaw.world.bodies.motion import set_axes
 from contactlaw.world.data.vec import ZERO, load, load4, norm, product, rotation_vector, scale, store, store4, sub
 
 # [m/s]: a body whose speed would change by more in a step, and by more than its present speed, has jumped: robot arms
-# and belts start with less, 10 mm in 2 ms is no motion. Also the speed that an initial overlap may give, `touch.deep`
+# and belts start with less, 10 mm in 2 ms is no motion. Also the limit of `touch.initial_overlap_limit`
 JUMP = 5.0
 
 

@@ -1,10 +1,11 @@
-"""Contacts that hardly change within some substeps: meanwhile their law is not asked, nor where their shapes are.
+"""Coasting: a cheap model of contacts that hardly change within some substeps, without their laws and shapes.
 
-In a heap most contacts carry a load and tremble. Such a one has normal, arms and stiffness held for a run of substeps:
-its overlap x grows by what the bodies move along the normal, P = k x^1.5 and its damper as ever, and across it is one
-spring of Mindlin's stiffness, 2 G* a, from the force there is to the limit mu P. Then the law is asked for the whole
-displacement at once. The spring is never softer than the law: loading, it takes no less than the law stores, unloading
-it gives back no more. What leaves the range in which this holds is asked in the next substep.
+In a heap most contacts carry a nearly constant load. While such a contact coasts, for a run of substeps, normal, arms
+and tangential stiffness are held. Its overlap x changes by the bodies' motion along the normal, P = k x^1.5 plus the
+damper. Tangentially it is one spring of Mindlin's stiffness 2 G* a, which begins with the present force and slips at
+mu P. After the run the law is advanced by the whole displacement at once. The spring is never softer than the law: in
+loading it takes no less energy than the law stores, in unloading it gives back no more. The run ends early where a
+contact leaves the range in which this holds.
 """
 
 from __future__ import annotations
@@ -16,41 +17,45 @@ from contactlaw.laws.hertz import damping_of, hertz_stiffness
 from contactlaw.laws.record import LASTING, SPRUNG, UNSHEARED
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.bodies.motion import moved_at
-from contactlaw.world.contacts.force import calms, drag_across
+from contactlaw.world.contacts.force import dashpot_of, has_dashpot
 from contactlaw.world.contacts.pace import closing_speed
 from contactlaw.world.contacts.touch import turn_frame
 from contactlaw.world.data.access import BODY_NUMBERS, body_at, contact_at, law_of, near_at, pair_at, row_at
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, store, sub
 
-CHANGE = 0.5  # of its overlap, or of its greatest friction, by which a contact may change
-LOW, HIGH = 0.6, 1.6  # of the overlap that a run began with, the range beyond which it ends
-BENT = 0.02  # of its overlap, what the normal's turning may make of it
-FULL = 0.98  # of mu P, a friction force that is all of it: that may slide
+CHANGE = 0.5  # changes of overlap and friction expected in a run, at most: share of the overlap and of mu P
+LEAST, MOST = 0.6, 1.6  # range of the overlap, over that at the start of a run: outside, the run ends
+TURNING = 0.02  # change of the overlap by turning of the normal in a run, at most: share of the overlap
+FULL = 0.98  # share of mu P from which a friction force counts as the limit
 
 
-def set_out(w, pairs, h, count):
-    """Let calm contacts coast for a number of substeps of h [s]; returns how many pairs do not.
+def start_coasting(w, pairs, h, count):
+    """Let contacts of an island that hardly change coast for `count` substeps of h [s].
 
-    These come first in the island's list then, those that coast have rows.
+    Returns how many pairs do not coast. These then come first in the island's list; each other one has a row.
     """
-    calm, rest = 0, 0
+    coasting, rest = 0, 0
     for i in range(pairs):
         k = whole_at(w.island_pairs, i)
         p = near_at(w.near, k)
-        if p.closed != 0 and coasts(w, p, h * count):
-            begin(w, row_at(w.rows, calm), k, h)
-            calm += 1
+        if p.closed != 0 and can_coast(w, p, h * count):
+            begin_row(w, row_at(w.rows, coasting), k, h)
+            coasting += 1
         else:
             set_whole(w.island_pairs, rest, k)
             rest += 1
-    for i in range(calm):
+    for i in range(coasting):
         set_whole(w.island_pairs, rest + i, row_at(w.rows, i).near)
     return rest
 
 
 @jit_inside
-def coasts(w, p, time):
-    """Whether a closed contact hardly changes in a time [s]: of two round bodies, or of one and what stands."""
+def can_coast(w, p, time):
+    """Return whether a closed contact is expected to hardly change within a time [s], and has a coasting model.
+
+    Both bodies must be round or kinematic. With acceleration a, the overlap changes by (v + a t/2) t. A tangential
+    displacement x turns the normal by x over the sum of arms, which changes the overlap by x^2/2 over that sum.
+    """
     c, law = contact_at(w.contacts, p.slot), law_of(w, pair_at(w.pairs, p.pair))
     t = c.touch
     if not (t.state == SPRUNG or t.state == UNSHEARED) or t.course != LASTING or t.overlap <= 0.0:
@@ -63,24 +68,24 @@ def coasts(w, p, time):
     closing, n = closing_speed(c, a, b), load(c.normal)
     if (abs(closing) + 0.5 * time * abs(c.closing_acceleration)) * time > CHANGE * t.overlap:
         return False
-    apart = sub(load(a.velocity), load(b.velocity))
-    across = time * norm(axpy(-dot(apart, n), n, apart))
-    if across * across > 2.0 * BENT * t.overlap * (norm(load(c.arm_a)) + norm(load(c.arm_b))):
+    velocity = sub(load(a.velocity), load(b.velocity))
+    across = time * norm(axpy(-dot(velocity, n), n, velocity))
+    if across * across > 2.0 * TURNING * t.overlap * (norm(load(c.arm_a)) + norm(load(c.arm_b))):
         return False
-    limit, pull = t.friction * t.force, sqrt(t.f * t.f + t.g * t.g)
+    limit, friction = t.friction * t.force, sqrt(t.f * t.f + t.g * t.g)
     slid = sqrt(c.moved[0] ** 2 + c.moved[1] ** 2) / c.interval * time
-    return pull > FULL * limit or 2.0 * t.g_star * sqrt(t.radius * t.overlap) * slid < CHANGE * limit
+    return friction > FULL * limit or 2.0 * t.g_star * sqrt(t.radius * t.overlap) * slid < CHANGE * limit
 
 
 @jit_inside
 def is_round(b):
-    """Whether a body is free and the same whichever way it is turned, or cannot move."""
+    """Return whether a body is kinematic, or free with inertia and shapes that do not change as it turns."""
     return b.tree == 0 and (b.inverse_mass == 0.0 or (b.isotropic != 0 and b.oriented == 0))
 
 
 @jit_inside
-def begin(w, r, k, h):
-    """Begin the row of near pair k, whose contact coasts in substeps of h [s]."""
+def begin_row(w, r, k, h):
+    """Set row r for near pair k, whose contact coasts in substeps of h [s]."""
     p = near_at(w.near, k)
     c = contact_at(w.contacts, p.slot)
     t, n, e = c.touch, load(c.normal), load(c.tangent)
@@ -94,13 +99,13 @@ def begin(w, r, k, h):
     store(r.arm_a, load(c.arm_a))
     store(r.arm_b, load(c.arm_b))
     r.overlap, r.closing, r.force = t.overlap, t.closing, t.force
-    r.least, r.most = LOW * t.overlap, HIGH * t.overlap
+    r.least, r.most = LEAST * t.overlap, MOST * t.overlap
     r.stiffness, r.damping = hertz_stiffness(t), damping_of(t)
     r.share = 1.0 / (1.0 + 0.5 * r.damping * h / t.mass)
     r.spring, r.drag, r.friction = 2.0 * t.g_star * sqrt(t.radius * t.overlap), 0.0, t.friction
     r.f, r.g, r.held_f, r.held_g = t.f, t.g, t.f, t.g
-    if calms(c):
-        r.drag = drag_across(t)
+    if has_dashpot(c):
+        r.drag = dashpot_of(t)
         r.held_f -= r.drag * c.moved[0] / c.interval
         r.held_g -= r.drag * c.moved[1] / c.interval
     r.moment = c.torsion.moment
@@ -109,13 +114,13 @@ def begin(w, r, k, h):
     r.turned, r.normal_work, r.friction_work, r.time = 0.0, 0.0, 0.0, 0.0
 
 
-def coast(w, count, span):
-    """Move rows by the substep that has passed, and kick their bodies; returns whether one leaves its range.
+def advance_coasting(w, count, span):
+    """Advance all coasting contacts by the last substep and kick their bodies; returns whether one leaves its range.
 
-    span: length [s] of the substep, and for how long forces act.
+    span: length [s] of the substep, and time [s] for which the forces act.
     """
     h, time = span
-    rate, stirred = 1.0 / h, False
+    rate, leaves = 1.0 / h, False
     for i in range(count):
         r = row_at(w.rows, i)
         a, b = body_at(r.body_a, 0), body_at(r.body_b, 0)
@@ -129,10 +134,10 @@ def coast(w, count, span):
         r.held_f += r.spring * du
         r.held_g += r.spring * dv
         f, g, limit = r.held_f + r.drag * rate * du, r.held_g + r.drag * rate * dv, r.friction * force
-        pull = f * f + g * g
-        if pull > limit * limit:
-            part = limit / sqrt(pull)
-            f, g = part * f, part * g
+        square = f * f + g * g
+        if square > limit * limit:
+            share = limit / sqrt(square)
+            f, g = share * f, share * g
             r.held_f, r.held_g = f, g
         r.normal_work -= 0.5 * (r.force + force) * gained
         r.friction_work -= 0.5 * ((r.f + f) * du + (r.g + g) * dv) + r.moment * (turn_a - turn_b)
@@ -149,13 +154,13 @@ def coast(w, count, span):
         if b.inverse_mass != 0.0:
             store(b.velocity, axpy(-b.inverse_mass, impulse, load(b.velocity)))
             store(b.spin, axpy(-b.inverse_inertia[0], add(cross(arm_b, impulse), moment), load(b.spin)))
-        stirred = stirred or overlap < r.least or overlap > r.most
-    return stirred
+        leaves = leaves or overlap < r.least or overlap > r.most
+    return leaves
 
 
-def land(w, calm):
-    """Contacts that coasted are as they were left, and their law will be asked for all that it has missed."""
-    for i in range(calm):
+def stop_coasting(w, count):
+    """Write the rows of coasting contacts back; the next substep advances their laws by the whole displacement."""
+    for i in range(count):
         r = row_at(w.rows, i)
         if r.time == 0.0:
             continue

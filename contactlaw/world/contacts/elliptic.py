@@ -1,4 +1,4 @@
-"""Elliptic contacts as they ask for their law, by address: most scenes have none."""
+"""The law of elliptic contacts, a function called by address: most scenes do not need it."""
 
 from __future__ import annotations
 
@@ -12,8 +12,12 @@ from contactlaw.memory import doubles_at
 Nodes = namedtuple("Nodes", "x x2 w")
 
 
-def advance(c, numbers, memory, count, du, dv):
-    """See `laws.ellipse.advance`; numbers, memory: addresses of the law's and of what it remembers; count: nodes."""
+def advance_elliptic(c, numbers, memory, count, du, dv):
+    """Update the tangential force of contact c by `laws.ellipse.advance`.
+
+    numbers, memory: addresses of the law's parameters and of its history. count: number of nodes. du, dv: displacement
+    of A over B along both tangents [m].
+    """
     n = int(count)
     own = carray(doubles_at(numbers), 3 * n)
     ellipse.advance(c.touch, Nodes(own[:n], own[n : 2 * n], own[2 * n :]), carray(doubles_at(memory), (2, n)), du, dv)

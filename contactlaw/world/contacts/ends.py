@@ -1,9 +1,10 @@
-"""The ends of an impact, where the force is a broken power of time and a sum over substeps needs a correction.
+"""Corrections of the sum of a force over substeps at both ends of an impact.
 
-The force is summed over substeps as the trapezoidal rule does. At both ends of an impact it goes with a power p of time
-and the first or last point of the sum lies s substeps inside: the sum is then too much by zeta(-p, s) times what the
-force grows to in one substep (Euler-Maclaurin; zeta is Hurwitz's). Elastic force begins and ends with p = 3/2; the
-damper sets in with p = 1/4. For a linear spring these are 1 and 0.
+There the force grows as a power p of time, and the first or last point of the sum lies s substeps, 0 < s <= 1, inside
+the impact. The sum then exceeds the integral by zeta(-p, s) times the force after one substep (Euler-Maclaurin with
+Hurwitz's zeta function). The force at the first or last point is s^p times that, so that its weight, one substep, must
+change by -zeta(-p, s)/s^p substeps. p = 3/2 for the elastic force of Hertz, 1/4 for its damper at the touch; for a
+linear spring 1 and 0.
 """
 
 from __future__ import annotations
@@ -19,15 +20,16 @@ DAMPED_END = (-0.32035357, -0.86369735, -0.16467251, 0.02834923)
 
 @jit_inside
 def cubic(a, s):
-    """A polynomial of third degree."""
+    """Return the cubic polynomial of s with the coefficients a, lowest first."""
     return a[0] + s * (a[1] + s * (a[2] + s * a[3]))
 
 
 @jit_inside
 def elastic_end(s, linear):
-    """By how many substeps the force at the first or last point acted too short; s in (0, 1]: see the module.
+    """Return the correction [substeps] of the weight of the elastic force at the first or last point of an impact.
 
-    Counted from an end on a point, s = 1, so that impacts which begin on a point are as symmetric in time as they are.
+    That for s = 1 is left out: -(zeta(-p, s) - zeta(-p))/s^p. An impact that begins at the end of a substep needs no
+    correction then and stays symmetric in time.
     """
     if linear:
         return 0.5 * (s - 1.0)
@@ -37,7 +39,7 @@ def elastic_end(s, linear):
 
 @jit_inside
 def damped_end(s, linear):
-    """The same of the damper's force at the touch, not counted from anything."""
+    """Return the correction [substeps] of the weight of the damper's force at the first point: -zeta(-p, s)/s^p."""
     if linear:
         return s - 0.5
     s = max(s, 1e-6)

@@ -1,4 +1,4 @@
-"""The law of a contact as the world asks it: everything that the world knows of laws is in this file."""
+"""Forces of a contact by its law: the calls of laws, a dashpot for persistent contacts, slopes, stored energy."""
 
 from __future__ import annotations
 
@@ -24,26 +24,27 @@ from contactlaw.world.data.demand import ALONG, SPIN
 from contactlaw.world.data.records import TWIST_ALWAYS, TWIST_LATER
 from contactlaw.world.data.vec import dot, load, sub
 
-PROBE = 1e-4  # of an overlap, a displacement that finds the slope of a law
-CALM = 0.3  # of critical damping: a dashpot across a contact that lasts, hardly moves and is damped along the normal
-FULL = 1.0 - 1e-3  # of mu P, a friction force that is all of it
-ROUNDING = 1e-12  # of what two bodies turn by, a twist about the normal that is none
+PROBE = 1e-4  # displacement for the slopes of a law by finite differences, over the overlap
+DAMPING = 0.3  # damping ratio of the tangential dashpot, see `has_dashpot`
+FULL = 1.0 - 1e-3  # share of mu P from which a friction force counts as the limit
+ROUNDING = 1e-12  # twist about the normal that counts as zero, over the rotations of both bodies
 
 
 @jit_inside
 def advance_contact(w, c, slot, moved, slide, dt, free):
-    """Advance a closed contact, in a slot, by one substep to the overlap it has now: new are its forces and its moment.
+    """Update the forces and the torsional moment of the closed contact in a slot for its present overlap.
 
-    moved: what A has moved over B along both tangents [m], and turned about the normal [rad]; slide: how fast. dt [s];
-    zero: at the end of a stage of an implicit step, so that a contact which is no new one lasts.
-    free: closing acceleration by all but this contact [m/s^2], and dt, as for `hertz.normal_force`.
+    moved: displacement of A over B in this substep along both tangents [m], and rotation about the normal [rad]; slide:
+    their rates [m/s, rad/s]. dt: length of the substep [s]; zero: an implicit step, in which a contact that is not new
+    is taken as persistent. free: closing acceleration by all but this contact [m/s^2], and dt, as for
+    `hertz.normal_force`.
     """
     t, law = c.touch, law_of(w, pair_at(w.pairs, c.pair))
     memory = memory_of(w, slot)
     if t.state == OPEN:
         for i in range(memory.size):
             memory[i] = 0.0
-    elif law.speeds != 0.0 and (dt == 0.0 or t.course == LASTING or hardly_moves(c, 1.0)):
+    elif law.speeds != 0.0 and (dt == 0.0 or t.course == LASTING or is_quasi_static(c, 1.0)):
         speeds.read_friction(t, speed_numbers(w, pair_at(w.pairs, c.pair)), sqrt(slide[0] ** 2 + slide[1] ** 2))
     du, dv, angle = moved
     spun = (angle != 0.0 or c.torsion.span > 0.0) and t.mu > 0.0
@@ -54,14 +55,14 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
             spun = False
     own, numbers = w.memory + 8 * w.memory_size * slot, w.numbers + 8 * pair_at(w.pairs, c.pair).numbers
     press(t, law, free[0], free[1])
-    damped = calms(c)
+    damped = has_dashpot(c)
     if spun and ready(w, SPIN):
         inertia = 0.0
         if damped:
             n = load(c.normal)
-            turn = dot(n, spin_change(body_at(w.bodies, c.body_a), n))
-            turn += dot(n, spin_change(body_at(w.bodies, c.body_b), n))
-            inertia = 1.0 / turn
+            mobility = dot(n, spin_change(body_at(w.bodies, c.body_a), n))
+            mobility += dot(n, spin_change(body_at(w.bodies, c.body_b), n))
+            inertia = 1.0 / mobility
         since = c.twist_overlap if c.twist_overlap > 0.0 else t.before
         turned, dashpot = (du, dv, c.pending_twist), (slide[2], inertia)
         call_spin(address(w, SPIN), c, own, numbers, turned, since, dt, w.twists == TWIST_ALWAYS, dashpot)
@@ -71,31 +72,35 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
     if t.skew != 0.0 and t.state != SPUN and ready(w, ALONG):
         call_along(address(w, ALONG), c, numbers + 8 * PAIR_SIZE, own, law.vectors, du, dv)
     if damped:
-        calm(t, slide[0], slide[1])
+        add_dashpot(t, slide[0], slide[1])
 
 
 @jit_inside
-def calms(c):
-    """Whether a contact lasts, hardly moves and is damped, and so is across: what is stuck would swing for ever."""
+def has_dashpot(c):
+    """Return whether a tangential dashpot acts: in quasi-static persistent contacts with damping along the normal.
+
+    Without it a contact that sticks would swing tangentially for ever.
+    """
     t = c.touch
-    return t.course == LASTING and t.friction > 0.0 and t.zeta > 0.0 and hardly_moves(c, 1.0)
+    return t.course == LASTING and t.friction > 0.0 and t.zeta > 0.0 and is_quasi_static(c, 1.0)
 
 
 @jit_inside
-def twisted(c, a, b):
-    """Angle [rad] that A has turned over B about the normal in the last substep; zero where it is rounding alone."""
-    one, other = load(a.twist), load(b.twist)
-    angle = dot(sub(one, other), load(c.normal))
-    if angle == 0.0 or angle * angle <= ROUNDING * ROUNDING * (dot(one, one) + dot(other, other)):
+def twist_of(c, a, b):
+    """Return the rotation [rad] of A over B about the normal in the last substep; zero if it may be rounding alone."""
+    turn_a, turn_b = load(a.twist), load(b.twist)
+    angle = dot(sub(turn_a, turn_b), load(c.normal))
+    if angle == 0.0 or angle * angle <= ROUNDING * ROUNDING * (dot(turn_a, turn_a) + dot(turn_b, turn_b)):
         return 0.0
     return angle
 
 
 @jit_inside
-def ask_at(w, c, slot, moved, slide):
-    """Advance a contact from where it was kept to the overlap and the closing speed that it has at the end of a stage.
+def advance_from_saved(w, c, slot, moved, slide):
+    """Advance a contact from the saved state of its law to its present overlap and closing speed, in an implicit step.
 
-    moved, slide: as above, since it was kept, and at the end. Returns its tangential forces [N] and its moment [N m].
+    moved, slide: as for `advance_contact`, from the saved state on, and at the end of the stage. Returns the tangential
+    forces [N] and the moment about the normal [N m].
     """
     t = c.touch
     overlap, before, closing = t.overlap, t.before, t.closing
@@ -107,79 +112,84 @@ def ask_at(w, c, slot, moved, slide):
 
 @jit_inside
 def slopes(w, c, slot, moved, slide, stage):
-    """By how much the forces of a contact that has been asked change [N/m]; it is left to be asked again.
+    """Return the slopes of the forces of a contact just advanced; the caller must then advance it anew.
 
-    Returns d P, d F and d G by the overlap, which the closing speed follows within a stage of so many seconds, d F and
-    d G by both displacements, which the slide follows, and that of the moment by the angle [N m].
+    These are dP, dF and dG by the overlap, dF and dG by the first displacement, by the second [N/m], and that of the
+    moment by the angle [N m]. Rates change with displacements: by 1/stage [1/s] of theirs. moved, slide: as for
+    `advance_from_saved`.
 
-    What has slid as a whole by more than its springs give way has mu P along its displacement: no law is asked then.
+    A contact that has slid further than its springs yield has the friction force mu P along its displacement: its
+    slopes follow without the law. Otherwise they are finite differences.
     """
     t = c.touch
     f, g, m, overlap, closing, force = t.f, t.g, c.torsion.moment, t.overlap, t.closing, t.force
     way = PROBE * overlap
     more, (du, dv, angle), (u, v, spin) = way / stage, moved, slide
     t.overlap, t.closing = overlap + way, closing + more
-    far, gone = slide_to_slip(t), sqrt(du * du + dv * dv)
-    if c.torsion.span == 0.0 and gone > far and fully(t):
+    yielding, slid = slide_to_slip(t), sqrt(du * du + dv * dv)
+    if c.torsion.span == 0.0 and slid > yielding and slips_fully(t):
         press(t, law_of(w, pair_at(w.pairs, c.pair)), 0.0, 0.0)
         t.overlap, t.closing = overlap, closing
-        normal, one = (t.force - force) / way, 1.0 / sqrt(f * f + g * g)
-        x, y, turned = one * f, one * g, t.friction * force / (gone + far)
+        normal, size = (t.force - force) / way, 1.0 / sqrt(f * f + g * g)
+        x, y, across = size * f, size * g, t.friction * force / (slid + yielding)
         limit = t.friction * normal
-        return normal, limit * x, limit * y, turned * y * y, -turned * x * y, -turned * x * y, turned * x * x, 0.0
-    fp, gp, _ = ask_at(w, c, slot, moved, slide)
+        return normal, limit * x, limit * y, across * y * y, -across * x * y, -across * x * y, across * x * x, 0.0
+    fp, gp, _ = advance_from_saved(w, c, slot, moved, slide)
     normal = (t.force - force) / way
     t.overlap, t.closing = overlap, closing
     fu, gu, fv, gv, turn = f, g, f, g, 0.0
     if t.friction > 0.0:
-        fu, gu, _ = ask_at(w, c, slot, (du + way, dv, angle), (u + more, v, spin))
-        fv, gv, _ = ask_at(w, c, slot, (du, dv + way, angle), (u, v + more, spin))
+        fu, gu, _ = advance_from_saved(w, c, slot, (du + way, dv, angle), (u + more, v, spin))
+        fv, gv, _ = advance_from_saved(w, c, slot, (du, dv + way, angle), (u, v + more, spin))
         if c.torsion.span > 0.0:
             radius = sqrt(t.radius * overlap)
-            _, _, turned = ask_at(w, c, slot, (du, dv, angle + way / radius), (u, v, spin + more / radius))
+            _, _, turned = advance_from_saved(w, c, slot, (du, dv, angle + way / radius), (u, v, spin + more / radius))
             turn = max(turned - m, 0.0) * radius / way
-    across = (fp - f) / way, (gp - g) / way
-    return (normal, *across, (fu - f) / way, (gu - g) / way, (fv - f) / way, (gv - g) / way, turn)
+    by_overlap = (fp - f) / way, (gp - g) / way
+    return (normal, *by_overlap, (fu - f) / way, (gu - g) / way, (fv - f) / way, (gv - g) / way, turn)
 
 
 @jit_inside
 def slide_to_slip(t):
-    """How far [m] what sticks slides until all of it slips."""
+    """Return the displacement [m] from rest at which a contact under a constant load begins to slip as a whole."""
     return t.friction * t.e_star / t.g_star * t.overlap
 
 
 @jit_inside
-def fully(t):
-    """Whether a contact slides as a whole: its friction force is all that it can be."""
+def slips_fully(t):
+    """Return whether a contact slips as a whole: its friction force is at the limit."""
     return t.f * t.f + t.g * t.g > (FULL * t.friction * t.force) ** 2
 
 
 @jit_inside
-def rigid(w, c):
-    """Whether the law of a contact has no springs across it."""
+def has_rigid_friction(w, c):
+    """Return whether the law of a contact has friction without tangential springs."""
     pair = pair_at(w.pairs, c.pair)
     return c.touch.friction > 0.0 and not isfinite(ask_stiffness(law_of(w, pair), c.touch, law_numbers(w, pair)))
 
 
 @jit_inside
-def hardly_moves(c, part):
-    """Whether the normal motion of a closed contact is slow beside what its load would make of it; part: of 0.3."""
+def is_quasi_static(c, share):
+    """Return whether a closed contact hardly moves along its normal: inertia matters little beside its force P.
+
+    Closing acceleration and speed are below about 0.3 share times P/m and sqrt(P delta/m).
+    """
     t = c.touch
     own = t.force / t.mass
-    slow = t.closing * t.closing < 0.1 * part * part * own * t.overlap
-    return slow and abs(c.closing_acceleration) < 0.3 * part * own
+    slow = t.closing * t.closing < 0.1 * share * share * own * t.overlap
+    return slow and abs(c.closing_acceleration) < 0.3 * share * own
 
 
 @jit_inside
-def drag_across(t):
-    """Of the dashpot across [N s/m]."""
-    return 2.0 * CALM * sqrt(2.0 * t.g_star * sqrt(t.radius * t.overlap) * t.tangential_mass)
+def dashpot_of(t):
+    """Return the coefficient of the tangential dashpot [N s/m]."""
+    return 2.0 * DAMPING * sqrt(2.0 * t.g_star * sqrt(t.radius * t.overlap) * t.tangential_mass)
 
 
 @jit_inside
-def calm(t, u, v):
-    """Add a dashpot across, within the cone; u, v: sliding speed [m/s]."""
-    drag = drag_across(t)
+def add_dashpot(t, u, v):
+    """Add the force of the tangential dashpot, within the friction cone; u, v: slip velocity [m/s]."""
+    drag = dashpot_of(t)
     t.f += drag * u
     t.g += drag * v
     pull, limit = sqrt(t.f * t.f + t.g * t.g), t.friction * t.force
@@ -190,7 +200,7 @@ def calm(t, u, v):
 
 @jit_inside
 def stored_energy(w, c, slot):
-    """Elastic energy [J] of a closed contact: 2/5 P delta of Hertz, and those of its law's springs and of torsion."""
+    """Return the elastic energy [J] of a contact: normal, tangential, of torsion and of rolling resistance; open: 0."""
     t, law = c.touch, law_of(w, pair_at(w.pairs, c.pair))
     if t.overlap <= 0.0 or t.state == OPEN:
         return 0.0
@@ -202,17 +212,17 @@ def stored_energy(w, c, slot):
         out += ask_energy(law, t, law_numbers(w, pair_at(w.pairs, c.pair)), memory_of(w, slot))
         out += torsion.stored(c.torsion, t, law.g_t)
     if law.rolling > 0.0:
-        out += rolling.stored(c.bend, t, resistance_of(w, c))
+        out += rolling.stored(c.bend, t, rolling_resistance(w, c))
     return out
 
 
 @jit_inside
-def resistance_of(w, c):
-    """Coefficient of rolling resistance of a contact: its pair's, or less, so that mu_r R <= 1/sqrt(m/I).
+def rolling_resistance(w, c):
+    """Return the coefficient of rolling resistance mu_r: that of the pair, but at most such that mu_r R <= sqrt(I/m).
 
-    I: the least moment of inertia. The spring k_r then turns bodies at 1.5 times the rate of the normal one at most,
-    which substeps follow. R is metres where flat sides touch, far more than what rolls there is wide.
+    I: least moment of inertia. The spring k_r then oscillates at most 1.5 times as fast as the normal one, which
+    substeps resolve. Where flat sides touch, R may be metres, far more than the bodies' size.
     """
-    light = max_inverse_inertia(body_at(w.bodies, c.body_a)) + max_inverse_inertia(body_at(w.bodies, c.body_b))
-    own = law_of(w, pair_at(w.pairs, c.pair)).rolling
-    return own / max(1.0, own * c.touch.radius * sqrt(c.touch.mass * light))
+    mobility = max_inverse_inertia(body_at(w.bodies, c.body_a)) + max_inverse_inertia(body_at(w.bodies, c.body_b))
+    given = law_of(w, pair_at(w.pairs, c.pair)).rolling
+    return given / max(1.0, given * c.touch.radius * sqrt(c.touch.mass * mobility))

@@ -1,4 +1,4 @@
-"""What contacts have done, as the adapters tell it."""
+"""Sums over the contacts of a pair of materials: impacts, overlap, force, time, work."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from contactlaw.world.data.records import FREE, Array
 
 @dataclass(frozen=True)
 class Ledger:
-    """What contacts have done: in MuJoCo since the model was reset, in PyBullet since they were added.
+    """Sums over contacts: in MuJoCo since the model was reset, in PyBullet since the contacts were added.
 
     Attributes:
-        impacts: Touches begun.
+        impacts: Number of touches.
         greatest_overlap: [m].
-        greatest_force: Normal [N].
-        time_in_contact: Summed over the contacts [s].
+        greatest_force: Greatest normal force [N].
+        time_in_contact: Sum over the contacts [s].
         normal_work, tangential_work: Work that the motions along and across the normal have done on the contacts [J]:
-            lost to damping and friction, but for what is stored in contacts that still touch.
+            energy lost to damping and friction, and energy stored in contacts that are still closed.
     """
 
     impacts: int
@@ -31,7 +31,7 @@ class Ledger:
 
 
 def ledger(pairs: Array, contacts: Array, numbers: Array) -> Ledger:
-    """That of some pairs of a world, by their numbers: of contacts that have parted, and of those that there are."""
+    """Return the ledger of the pairs with these numbers: of their contacts that have parted, and of present ones."""
     own = pairs["ledger"][numbers]
     (touches, _, _, duration, normal, across), (_, deepest, strongest, *_) = own.sum(0), own.max(0)
     rows = contacts[(contacts["phase"] != FREE) & np.isin(contacts["pair"], numbers)]

@@ -1,4 +1,4 @@
-"""How fast contacts go: when an open one could close, and how long a substep of a closed one may be."""
+"""Time scales of contacts: durations of impacts, lengths of substeps, effective masses."""
 
 from __future__ import annotations
 
@@ -6,31 +6,30 @@ from math import sqrt
 
 from contactlaw.jit import jit_inside
 from contactlaw.laws.hertz import hertz_stiffness
-from contactlaw.world.bodies.motion import (
-    closing_at,
-    decay,
-    mobility_between,
-)
-from contactlaw.world.contacts.force import hardly_moves
+from contactlaw.world.bodies.motion import closing_at, decay, mobility_between
+from contactlaw.world.contacts.force import is_quasi_static
 from contactlaw.world.data.access import body_at, contact_at, law_of, pair_at, shape_at
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import cross, dot, load, norm, sub
 from contactlaw.world.shapes.geometry import effective_radius, meet_near
 
-FEW = 4.0  # of the substeps of an impact, those of a contact that hardly moves
-LONG = 1.0 / 3.0  # durations of an impact that a step has at least for contacts to be lasting ones in it
-SLOWED, FOLLOWED = 0.5, 4.0  # of a velocity, by damping in joints within a substep; times fewer, for that, at most
-TURNED = 0.1  # [rad] by which a normal may turn before masses are looked at again
-STEADY, FEWEST = 1e-2, 8.0  # a contact that moves by less than so much of that; its substeps, of stability alone
-ALIKE = 4.0  # contacts side by side, as the feet of a box, for which these do: h omega is 1 then, of 2 where it ends
+FEWER = 4.0  # by which the substeps of a quasi-static contact are divided
+STEADY = 1e-2  # `share` of `force.is_quasi_static` below which substeps need only be stable
+STABLE = 8.0  # substeps of an impact that are enough for stability
+ALIKE = 4.0  # equal contacts on one body, as the feet of a box, for which STABLE holds: h omega is 1 then, its limit 2
+LEAST_STEP = 1.0 / 3.0  # shortest step for which implicit steps are tried, in durations of the shortest impact
+MAX_DECAY = 0.5  # share of a velocity that joint damping may take away in a substep
+MAX_SHORTENING = 4.0  # by which the length of substeps is divided for that, at most
+MASS_TURN = 0.1  # [rad] by which a normal may turn in a substep before effective masses are computed anew
 
 
 @jit_inside
-def impact_time(k, duration, mass, overlap, closing, push):
-    """Duration [s] of an impact of this overlap (zero or more) and closing speed; push: closing acceleration.
+def impact_duration(k, duration, mass, overlap, closing, push):
+    """Return the duration [s] of an impact in which overlap [m] >= 0 and closing speed [m/s] are these.
 
-    k: of P = k delta^1.5. duration: of an impact, times speed, over the greatest overlap. A contact that is pressed
-    together is as fast as its overlap at rest makes it, however slowly it began.
+    k: of P = k delta^1.5 [N/m^1.5]. duration: `laws.record.PAIR.duration`. mass: effective mass [kg]. push: closing
+    acceleration by other forces [m/s^2]. A contact that these forces press together is at least as fast as the
+    overlap at which they are in balance makes it, however slowly the bodies touched.
     """
     square = closing * closing + 0.8 * k * overlap * overlap * sqrt(overlap) / mass
     if push > 0.0:
@@ -42,13 +41,13 @@ def impact_time(k, duration, mass, overlap, closing, push):
 
 @jit_inside
 def radius_of(w, p):
-    """Effective radius [m] of a near pair, where its bodies are."""
+    """Return the effective radius [m] of a near pair at the present poses of its bodies."""
     return ellipse_of(w, p)[0]
 
 
 @jit_inside
 def ellipse_of(w, p):
-    """The same, and the longer axis, see `geometry.effective_radius`; a radius that is given is that of a circle."""
+    """Return the effective radius [m] and the longer axis, see `geometry.effective_radius`; circular if R is given."""
     own = pair_at(w.pairs, p.pair).radius
     if own > 0.0:
         return own, (0.0, 0.0, 0.0)
@@ -57,8 +56,8 @@ def ellipse_of(w, p):
 
 
 @jit_inside
-def touch_time(w, p):
-    """Duration [s] of the impact that two near shapes are about to have."""
+def touch_duration(w, p):
+    """Return the duration [s] of the impact that two near shapes are about to have."""
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     _, n, arm_a, arm_b = meet_near(w, p, a, b)
     mass = 1.0 / mobility_between(a, arm_a, b, arm_b, n)
@@ -66,31 +65,37 @@ def touch_time(w, p):
     closing = sqrt(max(p.closing, 0.0) ** 2 + 2.0 * push * max(p.gap, 0.0))
     law = law_of(w, pair_at(w.pairs, p.pair))
     k = 4.0 / 3.0 * law.e_star * sqrt(radius_of(w, p))
-    return impact_time(k, law.duration, mass, max(-p.gap, 0.0), closing, push)
+    return impact_duration(k, law.duration, mass, max(-p.gap, 0.0), closing, push)
 
 
 @jit_inside
-def contact_time(w, c, a, b):
-    """Duration [s] of the impact that a closed contact is in."""
+def contact_duration(w, c, a, b):
+    """Return the duration [s] of an impact with the present overlap and closing speed of a closed contact."""
     t = c.touch
-    pull = sub(load(a.acceleration), load(b.acceleration))
+    acceleration = sub(load(a.acceleration), load(b.acceleration))
     duration = law_of(w, pair_at(w.pairs, c.pair)).duration
-    return impact_time(hertz_stiffness(t), duration, t.mass, max(t.overlap, 0.0), closing_speed(c, a, b), norm(pull))
+    return impact_duration(
+        hertz_stiffness(t), duration, t.mass, max(t.overlap, 0.0), closing_speed(c, a, b), norm(acceleration)
+    )
 
 
 @jit_inside
 def closing_speed(c, a, b):
-    """Closing speed [m/s] of a closed contact; `touch.closing` is rounding alone if its substep was as short."""
+    """Return the closing speed [m/s] of a closed contact from the bodies' velocities.
+
+    `touch.closing`, a difference of overlaps, would be all rounding error after a very short substep.
+    """
     return closing_at(a, load(c.arm_a), b, load(c.arm_b), load(c.normal))
 
 
 @jit_inside
-def rests(c, a, b):
-    """Whether a closed contact has not the energy to part, under the load P + m a that there is, a its acceleration:
+def stays_closed(c, a, b):
+    """Return whether the energy of a damped closed contact is too small to open it against the load on it:
 
         m v^2/2 + 2/5 P delta < (P + m a) delta
 
-    It may be as soft as it likes: what it does beside stiffer ones a step follows, or damps.
+    v: closing speed, a: closing acceleration, hence P + m a: load. How stiff the contact is does not matter: an
+    implicit step follows or damps the oscillations of a soft contact beside stiffer ones.
     """
     speed, t = closing_speed(c, a, b), c.touch
     if t.zeta == 0.0:
@@ -99,65 +104,69 @@ def rests(c, a, b):
 
 
 @jit_inside
-def substep(w, c, a, b, substeps):
-    """Longest substep [s] for a closed contact; substeps: of an impact."""
+def longest_substep(w, c, a, b, substeps):
+    """Return the longest substep [s] for a closed contact; substeps: number of them in an impact."""
     t = c.touch
     law = law_of(w, pair_at(w.pairs, c.pair))
-    if t.overlap > 0.0 and law.vectors > 0.0 and hardly_moves(c, STEADY):
-        substeps = FEWEST  # but where friction is rigid: what drives it then creeps by what it gains in a substep
-    elif t.overlap > 0.0 and hardly_moves(c, 1.0):
-        calm = substeps if substeps > w.crowd_substeps else 0.5 * substeps  # as it is in a crowd
-        substeps = max(substeps / FEW, min(calm, 20.0))
-    if t.zeta > 0.0 and falls_back(w, c, a, b):
+    if t.overlap > 0.0 and law.vectors > 0.0 and is_quasi_static(c, STEADY):
+        substeps = STABLE  # not with rigid friction, where the contact creeps by the speed gained in a substep
+    elif t.overlap > 0.0 and is_quasi_static(c, 1.0):
+        enough = substeps if substeps > w.crowd_substeps else 0.5 * substeps  # the latter in a crowd
+        substeps = max(substeps / FEWER, min(enough, 20.0))
+    if t.zeta > 0.0 and returns_within_step(w, c, a, b):
         substeps = min(substeps, w.crowd_substeps)
-    longest = swing_time(w, c, a, b) / substeps
-    together = max(a.paces, b.paces)
+    longest = oscillation_duration(w, c, a, b) / substeps
+    together = max(a.square_rate, b.square_rate)
     if together > 0.0:
-        longest = min(longest, sqrt(ALIKE / together) / FEWEST)
-    slowing = decay(a) + (decay(b) if b.tree != a.tree else 0.0)
-    return longest if slowing * longest <= SLOWED else max(SLOWED / slowing, longest / FOLLOWED)
+        longest = min(longest, sqrt(ALIKE / together) / STABLE)
+    rate = decay(a) + (decay(b) if b.tree != a.tree else 0.0)
+    return longest if rate * longest <= MAX_DECAY else max(MAX_DECAY / rate, longest / MAX_SHORTENING)
 
 
 @jit_inside
-def falls_back(w, c, a, b):
-    """Whether what parts with all the energy of a closed contact is back within the step: then nobody sees how."""
+def returns_within_step(w, c, a, b):
+    """Return whether bodies that part with all the energy of their contact touch again within the step.
+
+    The parting speed u is that of m u^2/2 = m v^2/2 + 2/5 P delta, the time of flight 2 u/g for a relative
+    acceleration g. Details of such a bounce are not visible at the ends of steps: substeps of a crowd will do.
+    """
     t, speed = c.touch, closing_speed(c, a, b)
-    pull = sub(load(a.acceleration), load(b.acceleration))
+    acceleration = sub(load(a.acceleration), load(b.acceleration))
     square = speed * speed + 0.8 * t.force * max(t.overlap, 0.0) / t.mass
-    return 4.0 * square < w.step * w.step * dot(pull, pull)
+    return 4.0 * square < w.step * w.step * dot(acceleration, acceleration)
 
 
 @jit_inside
-def swing_time(w, c, a, b):
-    """Duration [s] of the impact that a closed contact is in, or of the swing across that is faster."""
+def oscillation_duration(w, c, a, b):
+    """Return the duration [s] of the impact of a closed contact, or a tangential half period if that is shorter."""
     t = c.touch
     chi = 0.5 * t.g_star / t.e_star * t.mass / t.tangential_mass
-    return contact_time(w, c, a, b) / max(1.0, sqrt(0.5 * chi))
+    return contact_duration(w, c, a, b) / max(1.0, sqrt(0.5 * chi))
 
 
 @jit_inside
-def add_pace(w, p):
-    """Count a closed contact among those that may push a body side by side, as feet do.
+def add_square_rate(w, p):
+    """Add 1/T^2 of a closed contact, T its `oscillation_duration`, to the sums of both bodies.
 
-    The square of the frequency at which springs swing a body together is at most the sum of each one's. Of those all
-    around a ball few push along one line.
+    The square of the frequency at which a body oscillates on several springs is at most the sum of their own squares.
+    Balls are left out, which are not `oriented`: few of the contacts around a ball push along one line.
     """
     if p.closed != 0:
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-        pace = swing_time(w, contact_at(w.contacts, p.slot), a, b) ** -2
+        rate = oscillation_duration(w, contact_at(w.contacts, p.slot), a, b) ** -2
         for one in (a, b):
-            one.paces += pace if one.oriented != 0 and one.inverse_mass != 0.0 else 0.0
+            one.square_rate += rate if one.oriented != 0 and one.inverse_mass != 0.0 else 0.0
 
 
 @jit_inside
-def masses(c, a, b):
-    """Effective masses [kg] along the normal and across, the mean of both tangents, as the normal is now.
+def update_masses(c, a, b):
+    """Set the effective masses [kg] along the normal and across, the latter for the mean mobility of both tangents.
 
-    Where joints let nothing move along it the damper would be as strong as one likes, and would act as soon as the
-    normal has turned by an angle x: the mass there is at most 1/x^2 times that across, which is what is taken.
+    Where joints prevent all motion along the normal, that mass is infinite, and so is the damper, which acts as soon
+    as the normal turns. After a turn by an angle x the mass is at most 1/x^2 times that across: this limits it.
     """
     n, e = load(c.normal), load(c.tangent)
     arm_a, arm_b = load(c.arm_a), load(c.arm_b)
     both = mobility_between(a, arm_a, b, arm_b, e) + mobility_between(a, arm_a, b, arm_b, cross(n, e))
     c.touch.tangential_mass = 2.0 / both
-    c.touch.mass = 1.0 / max(mobility_between(a, arm_a, b, arm_b, n), 0.5 * TURNED * TURNED * both)
+    c.touch.mass = 1.0 / max(mobility_between(a, arm_a, b, arm_b, n), 0.5 * MASS_TURN * MASS_TURN * both)

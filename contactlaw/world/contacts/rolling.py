@@ -1,4 +1,4 @@
-"""Rolling resistance in a world: the moments across the normal of contacts whose pair has it."""
+"""Rolling resistance of contacts: moments across the normal."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from contactlaw.jit import jit_inside
 from contactlaw.laws import rolling
 from contactlaw.laws.record import LASTING
 from contactlaw.world.bodies.motion import spin_change
-from contactlaw.world.contacts.force import hardly_moves, resistance_of
+from contactlaw.world.contacts.force import is_quasi_static, rolling_resistance
 from contactlaw.world.data.access import body_at
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub
 
 
 @jit_inside
-def rolled(c, a, b):
-    """What A has rolled over B in the last substep: angles about both tangents [rad]."""
+def update_rolled(c, a, b):
+    """Set the angles [rad] by which A has rolled over B about both tangents in the last substep."""
     e = load(c.tangent)
     both = sub(load(a.twist), load(b.twist))
     c.rolled[0], c.rolled[1] = dot(both, e), dot(both, cross(load(c.normal), e))
@@ -23,10 +23,10 @@ def rolled(c, a, b):
 
 @jit_inside
 def advance_rolling(w, c, rate):
-    """New moments of a closed contact that has its forces; rate: of both angles [rad/s]."""
-    t, resistance = c.touch, resistance_of(w, c)
+    """Update the moments of a closed contact after its forces; rate: of both angles, A over B [rad/s]."""
+    t, resistance = c.touch, rolling_resistance(w, c)
     left = rolling.roll(c.bend, t, resistance, c.rolled[0], c.rolled[1])
-    drag = drag_of(w, c, resistance)
+    drag = rolling_dashpot(w, c, resistance)
     u, v = c.bend[0] + drag * rate[0], c.bend[1] + drag * rate[1]
     limit = resistance * t.radius * t.force
     share = min(limit / sqrt(u * u + v * v + 1e-300), 1.0)
@@ -34,26 +34,30 @@ def advance_rolling(w, c, rate):
 
 
 @jit_inside
-def drag_of(w, c, resistance):
-    """Dashpot [N m s] of a contact that lasts and hardly moves: what rolls no more would swing for ever."""
+def rolling_dashpot(w, c, resistance):
+    """Return the rolling dashpot [N m s] of a quasi-static persistent contact with damping; else zero.
+
+    Without it a body that has stopped rolling would swing on the spring for ever.
+    """
     t, e = c.touch, load(c.tangent)
-    if t.course != LASTING or t.zeta == 0.0 or not hardly_moves(c, 1.0):
+    if t.course != LASTING or t.zeta == 0.0 or not is_quasi_static(c, 1.0):
         return 0.0
-    light = dot(e, spin_change(body_at(w.bodies, c.body_a), e)) + dot(e, spin_change(body_at(w.bodies, c.body_b), e))
-    return 2.0 * rolling.CALM * sqrt(rolling.stiffness(t, resistance) / light)
+    a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
+    mobility = dot(e, spin_change(a, e)) + dot(e, spin_change(b, e))
+    return 2.0 * rolling.CALM * sqrt(rolling.stiffness(t, resistance) / mobility)
 
 
 @jit_inside
-def bending_of(c):
-    """Moment on B [N m] of a contact's resistance to rolling; on A it is the opposite."""
+def rolling_moment(c):
+    """Return the moment of rolling resistance on B [N m]; that on A is opposite."""
     e = load(c.tangent)
     return axpy(c.bending[0], e, scale(c.bending[1], cross(load(c.normal), e)))
 
 
 @jit_inside
 def rolling_axes(c):
-    """Unit vectors along the moment, and across it and the normal."""
-    moment = bending_of(c)
+    """Return the unit vector along the moment of rolling resistance, and that across it and the normal."""
+    moment = rolling_moment(c)
     size = norm(moment)
     along = scale(1.0 / size, moment) if size > 0.0 else load(c.tangent)
     return along, cross(load(c.normal), along)
@@ -61,6 +65,6 @@ def rolling_axes(c):
 
 @jit_inside
 def moment_of(c):
-    """Moment on B [N m] of a contact: about its normal, and across it."""
+    """Return the moment of a contact on B [N m]: torsion and rolling resistance."""
     about = scale(c.torsion.moment, load(c.normal))
-    return add(bending_of(c), about) if c.bending[0] != 0.0 or c.bending[1] != 0.0 else about
+    return add(rolling_moment(c), about) if c.bending[0] != 0.0 or c.bending[1] != 0.0 else about

@@ -1,4 +1,4 @@
-"""Torsion as contacts that spin about their normals ask for it, by address: most scenes have none."""
+"""Torsion of contacts that spin about their normals, a function called by address: most scenes do not need it."""
 
 from __future__ import annotations
 
@@ -14,13 +14,15 @@ from contactlaw.memory import doubles_at
 from contactlaw.world.data.access import law_at
 
 
-def spin(c, memory, numbers, moved, since, dt, roomy, dashpot):
-    """Force and moment of a contact that is pressed and spins.
+def advance_spinning(c, memory, numbers, moved, since, dt, roomy, dashpot):
+    """Update the tangential force and the moment of a contact that spins; its normal force is that of this step.
 
-    Where its law allows, one that has just touched is given sectors, until it lasts or outgrows them.
+    Where its law allows, sectors (`laws.sectors`) follow a contact from its touch, until it is a persistent contact or
+    the span of its rings no longer fits.
 
-    memory, numbers: addresses of what its law remembers and of the pair's numbers. moved, since, dt: as for
-    `torsion.advance`. roomy: whether sectors may begin. dashpot: spin [rad/s] and inertia, zero: it has none.
+    memory, numbers: addresses of the law's history and of the pair's numbers. moved, since, dt: as for
+    `torsion.advance`. roomy: whether sectors may begin. dashpot: spin of A over B [rad/s] and effective moment of
+    inertia [kg m^2], of a dashpot about the normal; inertia 0: none.
     """
     t, pair, law = c.touch, law_at(numbers, 0), carray(doubles_at(numbers + 8 * PAIR_SIZE), 1)
     own = carray(doubles_at(memory), 2 * int(pair.vectors))

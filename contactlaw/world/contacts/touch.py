@@ -1,4 +1,4 @@
-"""A contact from its touch to its parting: its slot, its frame, its force, and the kicks that it gives."""
+"""A contact from touch to parting: its slot, frame, force and work, and the impulses on its bodies."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from contactlaw.world.bodies.motion import kick, moved_at, velocity_at
 from contactlaw.world.bodies.prescribed import JUMP
 from contactlaw.world.contacts import force
 from contactlaw.world.contacts.ends import damped_end, elastic_end
-from contactlaw.world.contacts.pace import TURNED, ellipse_of, masses
-from contactlaw.world.contacts.rolling import moment_of, rolled
+from contactlaw.world.contacts.pace import MASS_TURN, ellipse_of, update_masses
+from contactlaw.world.contacts.rolling import moment_of, update_rolled
 from contactlaw.world.data.access import body_at, contact_at, law_of, near_at, pair_at, shape_at, speed_numbers
 from contactlaw.world.data.call import address, ask_separation, call_roll, ready
 from contactlaw.world.data.demand import ROLL
@@ -33,18 +33,18 @@ from contactlaw.world.shapes.geometry import (
     set_initial_overlap,
 )
 
-SMALL_TURN = 0.01  # [rad] for which the first term will do
-TOUCHING = 1e-10  # of the radius, an overlap or a gap that is none
+SMALL_TURN = 0.01  # [rad] up to which the tangent turns by the first term of the series; it is normalised then
+TOUCHING = 1e-10  # overlap or gap that counts as zero, over the effective radius
 
 
 @jit_inside
-def close(w, k, overlap):
-    """Close near pair k: it has a contact from now on. Returns whether there was room for it.
+def begin_contact(w, k, overlap):
+    """Give near pair k a contact, with overlap [m] <= 0 before the touch; returns whether there was a free slot.
 
-    overlap [m]: when it was last open, zero or less; more where it is found closed. Where it is found so deep that
-    Hertz's theory does not hold, shapes have been built into each other, or put there: that depth counts as none
-    from then on, if the pair is relaxed. It goes down with the overlap when nothing presses, and never up, so that no
-    energy comes from it.
+    The overlap is positive if the pair overlaps already when it is first looked at. If it exceeds
+    `initial_overlap_limit`, the user has built or moved the shapes into each other: if the pair is relaxed, this
+    initial overlap counts as none from then on. It shrinks with the overlap while the contact is open and never grows,
+    so that it gives no energy.
     """
     q = near_at(w.near, k)
     if q.slot < 0:
@@ -53,7 +53,7 @@ def close(w, k, overlap):
             return False
         w.spares -= 1
         q.slot = whole_at(w.spare, w.spares)
-        clear(contact_at(w.contacts, q.slot))
+        clear_ledger(contact_at(w.contacts, q.slot))
     q.closed = 1
     c = contact_at(w.contacts, q.slot)
     c.phase = CLOSED
@@ -71,7 +71,7 @@ def close(w, k, overlap):
     store(c.arm_a, arm_a)
     store(c.arm_b, arm_b)
     if law.sectors != 0.0 and dot(along, along) > 0.0:
-        stretch(c, cross(n, along) if shape_at(w.shapes, q.a).kind == DISC else along, norm(along))
+        set_ellipse(c, cross(n, along) if shape_at(w.shapes, q.a).kind == DISC else along, norm(along))
     store(c.force, (0.0, 0.0, 0.0))
     c.interval = 0.0
     c.closing_acceleration = 0.0
@@ -80,8 +80,8 @@ def close(w, k, overlap):
     c.pending_twist, c.twist_overlap, c.coasted_from = 0.0, 0.0, 0.0
     for i in range(2):
         c.bend[i], c.bending[i] = 0.0, 0.0
-    masses(c, a, b)
-    if pair_at(w.pairs, q.pair).relaxed != 0 and overlap > deep(w, c):
+    update_masses(c, a, b)
+    if pair_at(w.pairs, q.pair).relaxed != 0 and overlap > initial_overlap_limit(w, c):
         c.initial_overlap, overlap = set_initial_overlap(w, q, c.initial_overlap + overlap), 0.0
     t.overlap = overlap
     t.before = overlap
@@ -100,32 +100,36 @@ def close(w, k, overlap):
 
 
 @jit_inside
-def deep(w, c):
-    """Overlap [m] that nobody means: Hertz's theory no longer holds there, or it would throw bodies as no motion does.
+def initial_overlap_limit(w, c):
+    """Return the overlap [m] at first contact above which it cannot come from motion; zero after shapes were resized.
 
-    Any, where shapes have grown. Of a shape as A; crowned edges have a radius of metres.
+    Above it Hertz's theory does not hold, or the elastic energy would accelerate the bodies to more than JUMP. The
+    radius of shape A counts too: the effective radius of crowned edges is metres.
     """
     s, t = shape_at(w.shapes, c.shape_a), c.touch
     least = min(s.radius, t.radius) if s.radius > 0.0 else t.radius
-    thrown = greatest_overlap(hertz_stiffness(t), t.mass, 0.0, JUMP)
-    return min(DEEPEST * least, thrown) if w.edited < RESIZED else 0.0
+    fast = greatest_overlap(hertz_stiffness(t), t.mass, 0.0, JUMP)
+    return min(DEEPEST * least, fast) if w.edited < RESIZED else 0.0
 
 
 @jit_inside
-def forget_put_in(w, p):
-    """Forget the contact of a closed pair that somebody has put deep into each other since; `close` finds it anew."""
+def release_if_put_deeper(w, p):
+    """Release the contact of a closed pair if the user has moved its shapes deep into each other.
+
+    `begin_contact` then gives the pair a new contact.
+    """
     c = contact_at(w.contacts, p.slot)
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     overlap, _, _, _ = meet_near(w, p, a, b)
     deeper = overlap - c.touch.overlap
-    if pair_at(w.pairs, p.pair).relaxed != 0 and deeper > max(deep(w, c), TOUCHING * c.touch.radius):
+    if pair_at(w.pairs, p.pair).relaxed != 0 and deeper > max(initial_overlap_limit(w, c), TOUCHING * c.touch.radius):
         release(w, p.slot)
         p.slot, p.closed, p.initial_overlap = -1, 0, 0.0
 
 
 @jit_inside
-def stretch(c, along, length):
-    """Make a contact that begins an elliptic one: its first tangent is its longer axis; length: ln(q/p), see there."""
+def set_ellipse(c, along, length):
+    """Make a new contact elliptic, its first tangent along the longer axis; length: ln(q/p), see `share_along`."""
     n, t = load(c.normal), c.touch
     e = axpy(-dot(along, n), n, along)
     size = norm(e)
@@ -135,8 +139,8 @@ def stretch(c, along, length):
 
 
 @jit_inside
-def replace(w, c):
-    """Begin a step where one of a closed contact's shapes has been placed anew: what it did is no motion."""
+def update_geometry(w, c):
+    """Set overlap, frame and arms of a closed contact after one of its shapes was placed anew, not by motion."""
     a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
     overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, c.shape_a), a, shape_at(w.shapes, c.shape_b), b)
     turn_frame(c, n, 0.0)
@@ -148,7 +152,7 @@ def replace(w, c):
 
 @jit_inside
 def clear_torsion(state):
-    """Begin a contact that has not spun."""
+    """Set the state of torsion of a contact that has not spun."""
     state.span, state.moment, state.stored = 0.0, 0.0, 0.0
     for i in range(RINGS):
         state.twists[i] = 0.0
@@ -157,8 +161,8 @@ def clear_torsion(state):
 
 
 @jit_inside
-def clear(c):
-    """Begin the ledger of a contact, of which all overlap counts."""
+def clear_ledger(c):
+    """Set the ledger of a contact, and its initial overlap, to zero."""
     c.initial_overlap = 0.0
     c.touches = 0
     c.deepest = 0.0
@@ -171,8 +175,8 @@ def clear(c):
 
 
 @jit_inside
-def open_up(q, c):
-    """A contact has opened; its slot is kept until the next step, or as long as overlap of it counts as none."""
+def end_contact(q, c):
+    """Open a contact. Its slot is kept until the next step, or as long as it has an initial overlap."""
     q.closed = 0
     q.gap = max(-c.touch.overlap, 0.0)
     c.phase = PARTED
@@ -186,34 +190,34 @@ def open_up(q, c):
 
 
 @jit_inside
-def stays_built(w, p):
-    """Whether the shapes of an open pair are still in each other; what counts as none is what there is at most."""
+def update_initial_overlap(w, p):
+    """Reduce the initial overlap of an open pair to the present overlap; returns whether some is left."""
     c = contact_at(w.contacts, p.slot)
     if c.initial_overlap > 0.0:
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
-        sunk = is_ignored(p)
+        was_ignored = is_ignored(p)
         c.initial_overlap = set_initial_overlap(w, p, min(c.initial_overlap, overlap))
         if is_ignored(p):
-            p.listed_gap = NEVER  # its guard has nobody look at it
-        elif sunk:
+            p.listed_gap = NEVER  # so that its guard keeps it from being measured
+        elif was_ignored:
             p.listed_gap, p.gap = -NEVER, 0.0
     return c.initial_overlap > 0.0
 
 
 @jit_inside
 def release(w, slot):
-    """Make the slot of a contact free; its ledger goes to that of its pair."""
+    """Free the slot of a contact; its ledger is added to that of its pair of materials."""
     c = contact_at(w.contacts, slot)
     c.phase = FREE
-    enter(c, pair_at(w.pairs, c.pair).ledger)
+    add_to_ledger(c, pair_at(w.pairs, c.pair).ledger)
     set_whole(w.spare, w.spares, slot)
     w.spares += 1
 
 
 @jit_inside
-def enter(c, ledger_io):
-    """Add what a contact has done to a ledger, see `records.PAIR`."""
+def add_to_ledger(c, ledger_io):
+    """Add the sums of a contact to a ledger, see `records.PAIR`."""
     ledger_io[0] += c.touches
     ledger_io[1] = max(ledger_io[1], c.deepest)
     ledger_io[2] = max(ledger_io[2], c.strongest)
@@ -224,7 +228,7 @@ def enter(c, ledger_io):
 
 @jit_inside
 def turn_frame(c, n, twist):
-    """Turn the tangent with the normal, without twist, then about it [rad]."""
+    """Turn a contact's frame to normal n: the tangent turns with it without twist, then by `twist` [rad] about it."""
     old = load(c.normal)
     if twist == 0.0 and n == old:
         return
@@ -237,13 +241,14 @@ def turn_frame(c, n, twist):
 
 
 @jit_inside
-def meet_on(c, sa, a, sb, b):
-    """`geometry.meet` of a contact, of which the last overlap and normal are known.
+def meet_contact(c, sa, a, sb, b):
+    """Return `geometry.meet` for a closed contact, whose last overlap and normal are known.
 
-    Where cores lie in each other no normal is the shortest way out, so that any chosen anew could give energy. The last
-    one is held, fixed to B: they overlap by as much as the highest place of B along it is above the lowest of A. That
-    begins where the cores touch; where they have left each other the overlap is less, so that nothing is gained. Of
-    what was found in each other there is no such normal: its overlap would be more at once than surfaces have moved.
+    Where cores overlap, the normal of least depth may jump, and a jump could add energy. The last normal is kept
+    instead, fixed to B: the overlap is then the height of B's highest point along it above A's lowest. This begins as
+    the cores touch. After they part, the true overlap is at most that along the kept normal, so no energy is gained.
+    Shapes that overlapped at first contact have no such normal: it is not used where the overlap would exceed the last
+    one, or `max_overlap`, by more than the surfaces have moved.
     """
     overlap, n, arm_a, arm_b = meet(sa, a, sb, b)
     if sb.separation != 0 and sb.kind != ELLIPSOID:
@@ -263,34 +268,35 @@ def meet_on(c, sa, a, sb, b):
 
 
 @jit_inside
-def look(w, c, a, b):
-    """See where the bodies of a contact have moved to: overlap, frame and arms there, and what A has moved over B.
+def measure(w, c, a, b):
+    """Update overlap, frame, arms and displacement of a contact after its bodies have moved.
 
-    A loop of its own over all contacts: with the law in it, one would wait for another's roots and quotients.
+    Callers loop over all contacts before they call `advance`: in one loop, contacts would wait for the square roots and
+    divisions of the law of the contact before.
     """
     sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
-    overlap, n, arm_a, arm_b = meet_on(c, sa, a, sb, b)
+    overlap, n, arm_a, arm_b = meet_contact(c, sa, a, sb, b)
     t = c.touch
     mean_a, mean_b = scale(0.5, add(arm_a, load(c.arm_a))), scale(0.5, add(arm_b, load(c.arm_b)))
     moved = sub(moved_at(a, mean_a), moved_at(b, mean_b))
-    jumps = dot(n, load(c.normal)) < 1.0 - 0.5 * TURNED * TURNED
+    turned = dot(n, load(c.normal)) < 1.0 - 0.5 * MASS_TURN * MASS_TURN
     turn_frame(c, n, 0.5 * dot(add(load(a.twist), load(b.twist)), n))
     store(c.arm_a, arm_a)
     store(c.arm_b, arm_b)
-    if jumps:
-        masses(c, a, b)
+    if turned:
+        update_masses(c, a, b)
     e = load(c.tangent)
     f = cross(n, e)
-    store(c.moved, (dot(moved, e), dot(moved, f), force.twisted(c, a, b)))
+    store(c.moved, (dot(moved, e), dot(moved, f), force.twist_of(c, a, b)))
     if law_of(w, pair_at(w.pairs, c.pair)).rolling != 0.0:
-        rolled(c, a, b)
+        update_rolled(c, a, b)
     t.before = t.overlap
     t.overlap = overlap - c.initial_overlap
 
 
 @jit_inside
 def advance(w, c, slot, span):
-    """Advance a contact, in a slot, whose bodies have been looked at: new are its force and its end weight.
+    """Update the force, the end weight and the ledger of the contact in a slot, after `measure`.
 
     span: lengths [s] of this substep and of the next.
     """
@@ -316,12 +322,12 @@ def advance(w, c, slot, span):
         c.closing_acceleration = -dot(sub(load(a.acceleration), load(b.acceleration)), load(c.normal)) - own
     t.closing = closing
     opening = t.force == 0.0 and c.interval == 0.0
-    told = moved
+    total = moved
     if c.coasted_from > 0.0:
-        told, t.before, c.coasted_from = add(moved, load(c.coasted)), c.coasted_from, 0.0
+        total, t.before, c.coasted_from = add(moved, load(c.coasted)), c.coasted_from, 0.0
     count = side_by_side(body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b))
     free = c.closing_acceleration / count + own, count * h
-    force.advance_contact(w, c, slot, told, scale(1.0 / h, moved), h, free)
+    force.advance_contact(w, c, slot, total, scale(1.0 / h, moved), h, free)
     if opening:
         inside = min(overlap / (overlap - min(before, 0.0)), 1.0)
         spacing = max(following, inside * h)  # of the points of the sum that begins here
@@ -354,9 +360,10 @@ def side_by_side(a, b):
 
 @jit_inside
 def add_work(c, share, gained, moved):
-    """Enter the work that a share of the contact's force does into its ledger.
+    """Add the work of a share of a contact's force and moments on the bodies to its ledger.
 
-    gained: overlap [m]. moved: along both tangents [m], and angle about the normal [rad].
+    gained: increase of the overlap [m]. moved: displacement along both tangents [m], and rotation about the normal
+    [rad].
     """
     t = c.touch
     du, dv, angle = moved
@@ -367,14 +374,14 @@ def add_work(c, share, gained, moved):
 
 @jit_inside
 def force_of(c):
-    """Force on A [N], in the frame that the contact has now."""
+    """Return the force on A [N], in the contact's present frame."""
     t, n, e = c.touch, load(c.normal), load(c.tangent)
     return axpy(t.force, n, axpy(-t.f, e, scale(-t.g, cross(n, e))))
 
 
 @jit_inside
 def apply_force(c, a, b, time):
-    """Kick both bodies with the force of a contact for a time [s], equal and opposite, at one point."""
+    """Apply the force and moment of a contact to both bodies for a time [s], equal and opposite, at one point."""
     impulse = scale(time, load(c.force))
     a.touched = 1
     b.touched = 1

@@ -18,7 +18,7 @@ import numpy as np
 from contactlaw.jit import address_of, compiling
 
 # Functions that `supply` makes, as places in `TABLE`
-STEP, LAST, SPIN, ALONG, READ, SLEEP, LAND, COAST, SET_OUT, ROLL = range(10)
+STEP, LAST, SPIN, ALONG, READ, SLEEP, STOP_COASTING, COAST, START_COASTING, ROLL = range(10)
 # Further places: `_supply`; whether an exception is pending; Py_AddPendingCall, PyObject_IsTrue and `PENDING_ERROR`
 ASK, PENDING, ADD_CALL, IS_TRUE, ERROR_OBJECT = range(10, 15)
 
@@ -39,13 +39,14 @@ def supply(what: int) -> int:
         STEP: ("", 0, [(STEP, step.step_once, call.A_STEP)]),
         READ: ("states that are set back", 2, [(READ, state.read_at, call.A_READ)]),
         LAST: ("contacts that last", 8, [(LAST, lasting.let_last, call.ON_WORLD)]),
-        ALONG: ("elliptic contacts", 2, [(ALONG, elliptic.advance, call.ALONG)]),
-        SLEEP: ("bodies that fall asleep", 1, [(SLEEP, sleep.settle_down, call.ON_ISLAND)]),
+        ALONG: ("elliptic contacts", 2, [(ALONG, elliptic.advance_elliptic, call.ALONG)]),
+        SLEEP: ("bodies that fall asleep", 1, [(SLEEP, sleep.sleep_if_balanced, call.ON_ISLAND)]),
         ROLL: ("rolling resistance", 1, [(ROLL, rolling.advance_rolling, call.ROLLS)]),
-        SPIN: ("contacts that spin", 4, [(SPIN, spinning.spin, call.SPIN)]),
-        SET_OUT: ("contacts that hardly change", 2, [
-            (LAND, coasting.land, call.LANDS), (COAST, coasting.coast, call.COASTS),
-            (SET_OUT, coasting.set_out, call.SETS_OUT),
+        SPIN: ("contacts that spin", 4, [(SPIN, spinning.advance_spinning, call.SPIN)]),
+        START_COASTING: ("contacts that hardly change", 2, [
+            (STOP_COASTING, coasting.stop_coasting, call.STOPS_COASTING),
+            (COAST, coasting.advance_coasting, call.COASTS),
+            (START_COASTING, coasting.start_coasting, call.STARTS_COASTING),
         ]),
     }  # fmt: skip
     if TABLE[what] == 0:

@@ -71,7 +71,7 @@ BODY = record(
     delta_v="f8",  # [m/s] by which impacts may change the velocity of its surface within a window, at most
     path="f8",  # [m] that its surface has moved in the substeps of a window, at most
     next_path="f8",  # [m] that it may move in the next substep
-    paces="f8",  # [1/s^2] inverse squares of its contacts' durations, summed, see `pace.add_pace`
+    square_rate="f8",  # [1/s^2] sum over its contacts of 1/T^2, see `pace.add_square_rate`
     pressing="i8",  # contacts that are closed on it in a substep
     island="i8", head="i8", link="i8",  # parent in the union-find of islands; first pair of an island; next body of it
     # broad phase
@@ -199,7 +199,7 @@ LEDGER = 6
 PAIR = record(
     radius="f8",  # effective radius [m] of its contacts; zero: that of the shapes
     numbers="i8",  # where its `laws.record.PAIR` begins in `Arrays.numbers`; the law's own numbers follow
-    relaxed="i8",  # 1: deep initial overlaps of its contacts count as none, see `touch.close`
+    relaxed="i8",  # 1: deep initial overlaps of its contacts count as none, see `touch.begin_contact`
     # sums over its contacts that have parted: touches, greatest overlap [m], greatest normal force [N], time in contact
     # [s], work of the normal force and of friction on the bodies [J]
     ledger=("f8", (LEDGER,)),
@@ -253,7 +253,7 @@ CONTACT = record(
     # displacement, as `moved`, while it coasted, not yet given to its law; overlap [m] when that began, zero: none
     coasted=VECTOR, coasted_from="f8",
     interval="f8",  # [s] length of the last substep
-    initial_overlap="f8",  # [m] overlap that counts as none, as its shapes were found that deep, see `touch.close`
+    initial_overlap="f8",  # [m] overlap that counts as none, as found at first contact, see `touch.begin_contact`
     closing_acceleration="f8",  # mean closing acceleration over it [m/s^2]
     end_weight="f8",  # additional weight of the force at the ends of an impact, in substeps, see `contacts.ends`
     normal=VECTOR, tangent=VECTOR, arm_a=VECTOR, arm_b=VECTOR,

@@ -8,8 +8,14 @@ from __future__ import annotations
 from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.bounds import time_to_close
-from contactlaw.world.contacts.force import fully, hardly_moves, rigid, slide_to_slip, stored_energy
-from contactlaw.world.contacts.pace import radius_of, rests
+from contactlaw.world.contacts.force import (
+    has_rigid_friction,
+    is_quasi_static,
+    slide_to_slip,
+    slips_fully,
+    stored_energy,
+)
+from contactlaw.world.contacts.pace import radius_of, stays_closed
 from contactlaw.world.contacts.touch import TOUCHING
 from contactlaw.world.data.access import body_at, contact_at, near_at, row_at, saved_contact, shape_at, tree_at
 from contactlaw.world.data.records import DISC, NEVER, SIDE
@@ -63,11 +69,11 @@ def strikes(w, p):
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     if p.closed == 0:
         if p.gap < 0.0 and -p.gap > TOUCHING * radius_of(w, p):
-            return True  # it is to be found so, see `touch.close`
+            return True  # it is to be found so, see `touch.begin_contact`
         closing, gap, push = max(p.closing, 0.0), max(p.gap, 0.0), push_between(p, a, b)
         return time_to_close(gap, p.closing, push) < w.step and closing * closing + 2.0 * push * gap > 0.0
     c = contact_at(w.contacts, p.slot)
-    if rigid(w, c) or not rests(c, a, b):
+    if has_rigid_friction(w, c) or not stays_closed(c, a, b):
         return True
     return whirls(shape_at(w.shapes, p.a), a, load(c.normal), sub(load(a.spin), load(b.spin)), w.step)
 
@@ -99,7 +105,7 @@ def is_held(w, bodies, pairs):
         trees += 1 if body_at(w.bodies, whole_at(w.island_bodies, i)).tree != 0 else 0
     for i in range(pairs if trees > 0 else 0):
         p = near_at(w.near, whole_at(w.island_pairs, i))
-        if p.closed != 0 and fully(contact_at(w.contacts, p.slot).touch):
+        if p.closed != 0 and slips_fully(contact_at(w.contacts, p.slot).touch):
             return False
     return trees > 0
 
@@ -115,7 +121,7 @@ def is_steady(w, bodies, pairs):
             return False
     for i in range(pairs):
         r = row_at(w.rows, i)
-        if r.slot >= 0 and not hardly_moves(contact_at(w.contacts, r.slot), 1.0):
+        if r.slot >= 0 and not is_quasi_static(contact_at(w.contacts, r.slot), 1.0):
             return False
     return True
 
@@ -131,7 +137,7 @@ def changes(w, pairs):
             if now.overlap <= 0.0 and start.overlap > 0.0:
                 return True
             far = slide_to_slip(now)
-            sticks = fully(start) and (not fully(now) or now.f * r.slide[0] + now.g * r.slide[1] < 0.0)
+            sticks = slips_fully(start) and (not slips_fully(now) or now.f * r.slide[0] + now.g * r.slide[1] < 0.0)
             if sticks and c.moved[0] ** 2 + c.moved[1] ** 2 > far * far:
                 return True
             if c.torsion.moment * r.slide[2] < 0.0 and c.moved[2] ** 2 * now.radius * now.overlap > far * far:

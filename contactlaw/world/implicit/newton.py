@@ -15,9 +15,9 @@ from contactlaw.jit import jit_inside
 from contactlaw.laws.rolling import stiffness
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import velocity_at
-from contactlaw.world.contacts.force import ask_at, fully, resistance_of, slopes
-from contactlaw.world.contacts.rolling import advance_rolling, drag_of, moment_of, rolling_axes
-from contactlaw.world.contacts.touch import close, force_of, look
+from contactlaw.world.contacts.force import advance_from_saved, rolling_resistance, slips_fully, slopes
+from contactlaw.world.contacts.rolling import advance_rolling, moment_of, rolling_axes, rolling_dashpot
+from contactlaw.world.contacts.touch import begin_contact, force_of, measure
 from contactlaw.world.data.access import (
     body_at,
     contact_at,
@@ -140,13 +140,13 @@ def look_at(w, r, stage):
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     if r.slot < 0:
         overlap, _, _, _ = meet_near(w, p, a, b)
-        if overlap <= 0.0 or not close(w, r.near, min(-p.gap, 0.0)):
+        if overlap <= 0.0 or not begin_contact(w, r.near, min(-p.gap, 0.0)):
             return False, NEVER
         r.slot, r.fresh = p.slot, 1
         save_contact(w, r.slot)
     restore_contact(w, r.slot)
     c = contact_at(w.contacts, r.slot)
-    look(w, c, a, b)
+    measure(w, c, a, b)
     t, n, e = c.touch, load(c.normal), load(c.tangent)
     f, arm_a, arm_b = cross(n, e), load(c.arm_a), load(c.arm_b)
     u = sub(velocity_at(a, arm_a), velocity_at(b, arm_b))
@@ -160,7 +160,7 @@ def look_at(w, r, stage):
     if t.overlap <= 0.0:  # a contact that has just come open in the search is none that has been found
         t.force, t.f, t.g = 0.0, 0.0, 0.0
         return along > rounding - FOUND * t.overlap, NEVER
-    ask_at(w, c, r.slot, load(c.moved), slide)
+    advance_from_saved(w, c, r.slot, load(c.moved), slide)
     law = law_of(w, pair_at(w.pairs, c.pair))
     if law.rolling != 0.0:
         turning = sub(load(a.spin), load(b.spin))
@@ -170,7 +170,7 @@ def look_at(w, r, stage):
     push(b, scale(-1.0, impulse), sub(moment, cross(arm_b, impulse)), part(w, RIGHT))
     pace = min(stage * stage * t.force / (SQUARE * t.overlap * t.mass), 1.0)
     slid = stage * sqrt(slide[0] * slide[0] + slide[1] * slide[1])
-    taken = min(t.friction * slid, t.overlap) if fully(t) else 0.0
+    taken = min(t.friction * slid, t.overlap) if slips_fully(t) else 0.0
     least = FOUND * pace * t.overlap + SLID * taken + rounding
     return not (along <= least and across <= least + FOUND * slid), least / stage  # NaN has moved
 
@@ -213,8 +213,8 @@ def enter(w, r, stage):
             h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j] + by_s * js[j]
     law = law_of(w, pair_at(w.pairs, c.pair))
     if law.rolling != 0.0:
-        resistance = resistance_of(w, c)
-        k = square * stiffness(c.touch, resistance) + stage * drag_of(w, c, resistance)
+        resistance = rolling_resistance(w, c)
+        k = square * stiffness(c.touch, resistance) + stage * rolling_dashpot(w, c, resistance)
         left = c.rolled[2]
         along, across = rolling_axes(c)
         enter_turning(w, a, b, along, scale(k if left == 1.0 else 0.0, along))

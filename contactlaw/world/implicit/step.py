@@ -23,7 +23,7 @@ from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import settle, spin_change, spin_rate, update_momentum
 from contactlaw.world.contacts.rolling import moment_of
-from contactlaw.world.contacts.touch import add_work, force_of, open_up
+from contactlaw.world.contacts.touch import add_work, end_contact, force_of
 from contactlaw.world.data.access import (
     body_at,
     contact_at,
@@ -333,4 +333,4 @@ def end(w, r, found):
         c.duration += w.step
     if t.overlap <= 0.0 or (r.fresh != 0 and not found):
         c.touches -= r.fresh
-        open_up(p, c)
+        end_contact(p, c)
