@@ -60,11 +60,11 @@ def compiled() -> None:
     """Load all compiled code before any time is measured."""
     import mujoco
 
-    from contactlaw.world.data.demand import ALONG, LAST, SET_OUT, SLEEP, SPIN, supply
+    from contactlaw.world.data.demand import ALONG, IMPLICIT, SET_OUT, SLEEP, SPIN, supply
 
     model = with_law(EVERY_SHAPE)
     mujoco.mj_step(model, mujoco.MjData(model))
-    for what in (ALONG, LAST, SET_OUT, SLEEP, SPIN):
+    for what in (ALONG, IMPLICIT, SET_OUT, SLEEP, SPIN):
         supply(what)
 
 

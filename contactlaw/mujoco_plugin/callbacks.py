@@ -31,7 +31,7 @@ from contactlaw.world.data.records import RESIZED
 from contactlaw.world.data.vec import load, load4, scale, store, store4
 from contactlaw.world.sleep import lies
 from contactlaw.world.state import forget_motion, unused_span, write
-from contactlaw.world.step import FIXED, PRESSED
+from contactlaw.world.step import FIND_PRESSED, FIXED_ROOM
 from contactlaw.world.trees.mobility import clear, copy
 
 LARGEST = 1e100  # [N], a force that can be computed with
@@ -65,13 +65,13 @@ def move(head, w, state):
         return LYING
     if head.calm != 0 and edited(head):
         return CHANGED
-    call_step(address(w, STEP), w, head.step_size, PRESSED)
+    call_step(address(w, STEP), w, head.step_size, FIND_PRESSED)
     if trees(head, READ) and head.free_count + head.placed_count == 0 and head.idle != 0:
         return MOVED
     for i in range(head.free_count):
         lead_free(head, free_at(head.frees, i))
-    call_step(address(w, STEP), w, head.step_size, FIXED)
-    call_step(address(w, STEP), w, head.step_size, PRESSED)
+    call_step(address(w, STEP), w, head.step_size, FIXED_ROOM)
+    call_step(address(w, STEP), w, head.step_size, FIND_PRESSED)
     if head.lag > 0.0:
         keep_near(w)
     for i in range(head.free_count):

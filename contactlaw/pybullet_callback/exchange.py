@@ -51,7 +51,7 @@ from contactlaw.world.near.listing import list_near, strayed
 from contactlaw.world.shapes.curvature import radius_is_clear
 from contactlaw.world.shapes.geometry import meet
 from contactlaw.world.sleep import disturbed, lies
-from contactlaw.world.step import GROWS, PRESSED
+from contactlaw.world.step import FIND_PRESSED, GROWING_ROOM
 
 MOTION = record(position=VECTOR, quaternion=("f8", (4,)), velocity=VECTOR, spin=VECTOR)
 """As PyBullet tells it, quaternion scalar last."""
@@ -201,7 +201,7 @@ def press(place):
     """Find who is pressed: bodies that somebody has put on others have their true velocities, as all that touch do."""
     head = head_at(place, 0)
     w = world_at(head.world, 0)
-    call_step(address(w, STEP), w, head.dt, PRESSED)
+    call_step(address(w, STEP), w, head.dt, FIND_PRESSED)
     for k in range(head.count):
         r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
         if r.strange != 0 and b.pressed != 0:
@@ -362,7 +362,7 @@ def complete(place, stepped):
         if (others > 0 or head.unknown != 0) and head.looked == 0:
             head.looked = 1
             return OTHERS if others > 0 else UNKNOWN
-    if not (ready(w, STEP) and call_step(address(w, STEP), w, head.dt, GROWS)):
+    if not (ready(w, STEP) and call_step(address(w, STEP), w, head.dt, GROWING_ROOM)):
         return NO_ROOM
     done = hand_back(head, w, stepped)
     return done if done > 0 or not lies(w) else LYING
