@@ -79,35 +79,35 @@ def find_pressed(w):
     For adapters, between two steps. Open pairs of trees that may pass by everything get the gap and the closing speed
     that `near.passing` starts from.
     """
-    some = False
+    gaps_needed = False
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         b.pressed = 0
-        some = some or b.placed != 0 or b.tree != 0
-    if w.stale != 0 or (some and outgrown(w, -NEVER, 2.0 * w.step)):
+        gaps_needed = gaps_needed or b.placed != 0 or b.tree != 0
+    if w.stale != 0 or (gaps_needed and outgrown(w, -NEVER, 2.0 * w.step)):
         list_near(w)
-    for k in range(w.guard_count if some else 0):
+    for k in range(w.guard_count if gaps_needed else 0):
         part_at_start(w, guard_at(w.guards, k))
-    for closed in (1, 0):
-        for k in range(w.nears):
-            p = near_at(w.near, k)
-            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            if closed * p.closed * (a.placed + b.placed) != 0:
-                forget_put_in(w, p)
-            pressed = p.closed != 0
-            if pressed != closed:
-                continue
-            known = True
-            if not pressed and (needs_gap(a) or needs_gap(b)):
-                p.closing_bound = fastest(w, p, a, b)
-                known = gap_suffices(w, p, a, b)
-            if not known:
-                overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
-                p.gap = -overlap
-                p.closing = closing_at(a, arm_a, b, arm_b, n)
-                p.checked = MEASURED
-                pressed = overlap > 0.0
-            if pressed:
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+        if p.closed != 0 and a.placed + b.placed != 0:
+            forget_put_in(w, p)
+        if p.closed != 0:
+            mark_pressed(a)
+            mark_pressed(b)
+    for k in range(w.nears if gaps_needed else 0):  # after closed pairs: a tree that is pressed needs no gaps
+        p = near_at(w.near, k)
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+        if p.closed != 0 or not (needs_gap(a) or needs_gap(b)):
+            continue
+        p.closing_bound = fastest(w, p, a, b)
+        if not gap_suffices(w, p, a, b):
+            overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
+            p.gap = -overlap
+            p.closing = closing_at(a, arm_a, b, arm_b, n)
+            p.checked = MEASURED
+            if overlap > 0.0:
                 mark_pressed(a)
                 mark_pressed(b)
 
@@ -204,31 +204,57 @@ def begin(w, dt):
     w.step = dt
     w.twists, w.rested = TWIST_ALWAYS, 1
     for i in range(w.body_count):
-        b = body_at(w.bodies, i)
-        passes = b.tree != 0 and tree_at(b.tree, 0).passes == PASSES
-        b.time = dt if passes else 0.0
-        b.changed = 1
-        b.touched = 0
-        b.done = 1 if passes else 0
-        b.placed = 0
-        store(b.shift, (0.0, 0.0, 0.0))
-        store(b.twist, (0.0, 0.0, 0.0))
-        if b.tree != 0 and b.member == 0 and not passes:
-            tree_at(b.tree, 0).span = dt
-            settle(b)
-        if b.asleep != 0 and (w.edited != 0 or disturbed(b)):
-            wake_body(b, 0.0)
-            settle(b)
-        update_momentum(b)
-        b.still = 1 if b.asleep != 0 or is_static(b) else 0
-        w.rested = min(w.rested, b.still)
-        if strayed(b, dt - b.time):
-            w.stale = 1
+        begin_body(w, body_at(w.bodies, i), dt)
     for k in range(w.guard_count):
         g = guard_at(w.guards, k)
         g.plane_time, g.speed_time = -1.0, -1.0
     if outgrown(w, dt, 0.0):
         w.stale = 1
+    begin_pairs(w)
+    if w.stale != 0:
+        list_near(w)
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        if p.slot >= 0:
+            c = contact_at(w.contacts, p.slot)
+            store(c.earlier, load(c.impulse))
+    update_tangent_planes(w)
+
+
+@jit_inside
+def begin_body(w, b, dt):
+    """Prepare a body for a step of dt [s]: wake it if it is disturbed, and check that it stays in its margin.
+
+    A tree that passes by everything is at the end of the step already.
+    """
+    passes = b.tree != 0 and tree_at(b.tree, 0).passes == PASSES
+    b.time = dt if passes else 0.0
+    b.changed = 1
+    b.touched = 0
+    b.done = 1 if passes else 0
+    b.placed = 0
+    store(b.shift, (0.0, 0.0, 0.0))
+    store(b.twist, (0.0, 0.0, 0.0))
+    if b.tree != 0 and b.member == 0 and not passes:
+        tree_at(b.tree, 0).span = dt
+        settle(b)
+    if b.asleep != 0 and (w.edited != 0 or disturbed(b)):
+        wake_body(b, 0.0)
+        settle(b)
+    update_momentum(b)
+    b.still = 1 if b.asleep != 0 or is_static(b) else 0
+    w.rested = min(w.rested, b.still)
+    if strayed(b, dt - b.time):
+        w.stale = 1
+
+
+@jit_inside
+def begin_pairs(w):
+    """Discard predictions of the last step, and release slots of contacts that parted in it.
+
+    A contact with an initial overlap keeps its slot while its shapes overlap. Pairs of trees that pass by everything
+    keep the gaps found by `near.passing`.
+    """
     count_slots(w)
     for k in range(w.nears):
         p = near_at(w.near, k)
@@ -239,16 +265,8 @@ def begin(w, dt):
             p.slot = -1
     for slot in range(w.slots if w.spares < w.contact_room else 0):
         c = contact_at(w.contacts, slot)
-        if c.phase == PARTED and c.initial_overlap == 0.0:  # parted in the last step, and no longer near
+        if c.phase == PARTED and c.initial_overlap == 0.0:  # its pair is no longer listed
             release(w, slot)
-    if w.stale != 0:
-        list_near(w)
-    for k in range(w.nears):
-        p = near_at(w.near, k)
-        if p.slot >= 0:
-            c = contact_at(w.contacts, p.slot)
-            store(c.earlier, load(c.impulse))
-    update_tangent_planes(w)
 
 
 @jit_inside

@@ -110,41 +110,46 @@ def activate(w, now, until):
         b.head = -1
         b.link = -1
     enough = FAR * widest / length
-    sleeper = False
-    found = True
-    first = True
-    while found:
-        found = False
+    sleeper, changed, first_pass = False, True, True
+    while changed:
+        changed = False
         for k in range(w.nears):
             p = near_at(w.near, k)
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            if first:
+            if first_pass:
                 p.active = 0
             if (a.still != 0 and b.still != 0) or a.done != 0 or b.done != 0:
                 continue
             if p.active != 0:
                 if transmits(a, b):  # else nothing has changed its bound
-                    found = bound_delta_v(w, p, a, b, length, enough) or found
+                    changed = bound_delta_v(w, p, a, b, length, enough) or changed
                 continue
-            if p.closed == 0 and (not first or p.toi > until):
-                if a.delta_v == 0.0 and b.delta_v == 0.0:
-                    continue
-                if p.checked != now:
-                    kicked = length * DELTA_V_MARGIN * (a.delta_v + b.delta_v)
-                    if is_guarded(w, p, until, kicked):
-                        continue
-                    predict_at(w, p, now)
-                if time_to_close(p.gap, max_closing(p, a, b), max(p.acceleration, 0.0)) > length:
-                    continue
+            if p.closed == 0 and (not first_pass or p.toi > until) and not may_close(w, p, now, until):
+                continue
             p.active = 1
-            found = True
+            changed = True
             fly(a, now)
             fly(b, now)
             sleeper = sleeper or a.asleep != 0 or b.asleep != 0
             bound_delta_v(w, p, a, b, length, enough)
             join(w, p.body_a, p.body_b)
-        first = False
+        first_pass = False
     return sleeper
+
+
+@jit_inside
+def may_close(w, p, now, until):
+    """Return whether impacts of their bodies can close an open pair in a window, by the bounds known so far."""
+    a, b, length = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b), until - now
+    if a.delta_v == 0.0 and b.delta_v == 0.0:
+        return False
+    gained = a.delta_v + b.delta_v
+    if p.checked != now:
+        if is_guarded(w, p, until, length * DELTA_V_MARGIN * gained):
+            return False
+        predict_at(w, p, now)
+    closing = max(p.closing, 0.0) + DELTA_V_MARGIN * gained
+    return not time_to_close(p.gap, closing, max(p.acceleration, 0.0)) > length
 
 
 @jit_inside
@@ -164,9 +169,9 @@ def bound_delta_v(w, p, a, b, length, enough):
         square = closing_speed(c, a, b) ** 2 + 0.8 * t.force * x / t.mass + (t.force * length / t.mass) ** 2
     for_a, for_b = mobility_bound(a, a.reach), mobility_bound(b, b.reach)
     both = for_a + for_b
-    handed = 1.0 if transmits(a, b) else 0.0
-    for_a *= 2.0 * max(sqrt(square), handed * b.delta_v) / both
-    for_b *= 2.0 * max(sqrt(square), handed * a.delta_v) / both
+    passed_on = 1.0 if transmits(a, b) else 0.0
+    for_a *= 2.0 * max(sqrt(square), passed_on * b.delta_v) / both
+    for_b *= 2.0 * max(sqrt(square), passed_on * a.delta_v) / both
     more = (for_a > GROWTH * a.delta_v and a.delta_v < enough) or (for_b > GROWTH * b.delta_v and b.delta_v < enough)
     for one, value in ((a, for_a), (b, for_b)):
         if value > one.delta_v:
@@ -183,12 +188,6 @@ def transmits(a, b):
     Two bodies of one tree need not: `spread_delta_v` has done that.
     """
     return (a.tree == 0 or a.tree != b.tree) and a.inverse_mass != 0.0 and b.inverse_mass != 0.0
-
-
-@jit_inside
-def max_closing(p, a, b):
-    """Return the greatest closing speed [m/s] that an open pair can have in a window, impacts included."""
-    return max(p.closing, 0.0) + DELTA_V_MARGIN * (a.delta_v + b.delta_v)
 
 
 @jit_inside

@@ -14,12 +14,13 @@ LARGEST = 128  # unknowns; for larger islands substeps are cheaper
 # Numbers of vectors, see `vector_of`
 RIGHT_SIDE, VELOCITY, START_VELOCITY, DISPLACEMENT, FREE_VELOCITY, ACCELERATION = range(6)
 JACOBIAN_N, JACOBIAN_U, JACOBIAN_V, JACOBIAN_SPIN, ENVELOPE = range(6, 11)
+VECTORS = ENVELOPE + 1
 
 
 def room_for(unknowns):
-    """Return the shape of the working memory for so many unknowns: H, M, and eleven vectors as rows between them."""
+    """Return the shape of the working memory for so many unknowns: H, the vectors as rows below it, then M."""
     size = min(unknowns, LARGEST)
-    return 2 * size + 11, size
+    return 2 * size + VECTORS, size
 
 
 @jit_inside
@@ -31,7 +32,13 @@ def matrix(w):
 @jit_inside
 def mass_matrix(w):
     """Return M, the mass matrix of the bodies, shape (unknown_room, unknown_room); it lies within the envelope."""
-    return vector(w.equations + 8 * w.unknown_room * (w.unknown_room + 11), (w.unknown_room, w.unknown_room))
+    return vector(mass_address(w, 0), (w.unknown_room, w.unknown_room))
+
+
+@jit_inside
+def mass_address(w, i):
+    """Return the address of the diagonal entry of M of unknown i."""
+    return w.equations + 8 * (i + w.unknown_room * (w.unknown_room + VECTORS + i))
 
 
 @jit_inside

@@ -5,6 +5,8 @@ forces P, F, G and their slopes K (`force.slopes`), an iteration for a stage of 
 
     (M + b^2 [J_n K_pp J_n^T + sum over F, G of J_u (K_fu J_u^T + K_fv J_v^T - K_fp J_n^T)]) dV
         = -M (V - V_free) + b (P J_n - F J_u - G J_v)
+
+and likewise with the moments of contacts.
 """
 
 from __future__ import annotations
@@ -41,6 +43,7 @@ from contactlaw.world.implicit.equations import (
     JACOBIAN_V,
     RIGHT_SIDE,
     VELOCITY,
+    mass_address,
     mass_matrix,
     matrix,
     vector_of,
@@ -69,8 +72,7 @@ def begin_residual(w, bodies, stage):
             if b.member != 0:
                 continue
             t = tree_at(b.tree, 0)
-            place = o + w.unknown_room * (w.unknown_room + 11 + o)
-            t.weights, t.stride, t.stage = w.equations + 8 * place, w.unknown_room, stage
+            t.weights, t.stride, t.stage = mass_address(w, o), w.unknown_room, stage
         for i in range(o, o + count):
             right[i] = 0.0
             for j in range(o, o + count):
@@ -127,7 +129,7 @@ def add_inertia(b, m):
 
 @jit_inside
 def rounding_scale(n, b):
-    """Return the sum of absolute values [m] whose rounding the position of a body gives to an overlap along n."""
+    """Return the size [m] of the position's terms along n, whose rounding enters the overlap of a body's contacts."""
     return abs(n[0] * b.position[0]) + abs(n[1] * b.position[1]) + abs(n[2] * b.position[2])
 
 
@@ -200,24 +202,27 @@ def add_stiffness(w, r, stage):
             add_generalised_force(a, ZERO, n, row)
             add_generalised_force(b, ZERO, scale(-1.0, n), row)
     h, first = matrix(w), vector_of(w, ENVELOPE)
-    jn, ju, jv, js = (
-        vector_of(w, JACOBIAN_N),
-        vector_of(w, JACOBIAN_U),
-        vector_of(w, JACOBIAN_V),
-        vector_of(w, JACOBIAN_SPIN),
-    )
+    jn, ju = vector_of(w, JACOBIAN_N), vector_of(w, JACOBIAN_U)
+    jv, js = vector_of(w, JACOBIAN_V), vector_of(w, JACOBIAN_SPIN)
     square = stage * stage
     lowest = min(a.unknown if count_a > 0 else b.unknown, b.unknown if count_b > 0 else a.unknown)
     for p in range(count_a + count_b):
-        i = a.unknown + p if p < count_a else b.unknown + p - count_a
+        i = index_of(a, b, count_a, p)
         first[i] = min(first[i], lowest)
         by_n = square * (k[0] * jn[i] - k[1] * ju[i] - k[2] * jv[i])
         by_u = square * (k[3] * ju[i] + k[4] * jv[i])
         by_v = square * (k[5] * ju[i] + k[6] * jv[i])
         by_s = square * k[7] * js[i]
         for q in range(count_a + count_b):
-            j = a.unknown + q if q < count_a else b.unknown + q - count_a
+            j = index_of(a, b, count_a, q)
             h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j] + by_s * js[j]
+    add_moments(w, c, a, b, stage)
+
+
+@jit_inside
+def add_moments(w, c, a, b, stage):
+    """Add to H the slopes of moments by angles: rolling resistance, and a side over a face of a box; stage [s]."""
+    square = stage * stage
     law = law_of(w, pair_at(w.pairs, c.pair))
     if law.rolling != 0.0:
         resistance = resistance_of(w, c)
@@ -229,7 +234,13 @@ def add_stiffness(w, r, stage):
     sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
     if (sa.kind == SEGMENT or sa.kind == EDGE) and sb.kind == BOX:
         u, way = crown_over_face(sa, a, sb, b, c)
-        add_moment_stiffness(w, a, b, cross(n, u), scale(square * way, cross(force_of(c), u)))
+        add_moment_stiffness(w, a, b, cross(load(c.normal), u), scale(square * way, cross(force_of(c), u)))
+
+
+@jit_inside
+def index_of(a, b, count_a, p):
+    """Return the index of the unknown that is entry p of those of A, `count_a` in number, and then of B."""
+    return a.unknown + p if p < count_a else b.unknown + p - count_a
 
 
 @jit_inside
@@ -257,9 +268,9 @@ def add_moment_stiffness(w, a, b, axis, moment):
         add_generalised_force(one, ZERO, scale(sign, axis), row)
         add_generalised_force(one, ZERO, scale(sign, moment), column)
     for p in range(count_a + count_b):
-        i = a.unknown + p if p < count_a else b.unknown + p - count_a
+        i = index_of(a, b, count_a, p)
         for q in range(count_a + count_b):
-            j = a.unknown + q if q < count_a else b.unknown + q - count_a
+            j = index_of(a, b, count_a, q)
             h[i, j] += column[i] * row[j]
 
 
