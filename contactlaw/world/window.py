@@ -36,7 +36,7 @@ def plan_window(w, now, step):
     has changed or its time of impact has come. The first result is NEVER if no pair can close within the step, the
     second if no pair is closed.
     """
-    first, shortest, lasting = NEVER, NEVER, 0
+    first, shortest, persistent = NEVER, NEVER, 0
     for k in range(w.nears):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
@@ -44,7 +44,7 @@ def plan_window(w, now, step):
             continue
         if p.closed != 0:
             c = contact_at(w.contacts, p.slot)
-            lasting += 1 if c.touch.course == LASTING else 0
+            persistent += 1 if c.touch.course == LASTING else 0
             shortest = min(shortest, contact_time(w, c, a, b))
             continue
         if a.changed != 0 or b.changed != 0 or p.toi <= now:
@@ -56,7 +56,7 @@ def plan_window(w, now, step):
             first = min(first, p.toi)
     for n in range(w.near_body_count):
         body_at(w.bodies, whole_at(w.near_bodies, n)).changed = 0
-    return first, shortest, CROWD_WINDOW * shortest if lasting > w.crowd else shortest
+    return first, shortest, CROWD_WINDOW * shortest if persistent > w.crowd else shortest
 
 
 @jit_inside
