@@ -299,7 +299,7 @@ def substep_length(w, pairs, t):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         closed += p.closed
         body_at(w.bodies, p.body_a).paces, body_at(w.bodies, p.body_b).paces = 0.0, 0.0
-    for i in range(pairs):
+    for i in range(pairs):  # before any `substep`, which needs the sums of each body
         add_pace(w, near_at(w.near, whole_at(w.island_pairs, i)))
     few = closed <= w.crowd
     for i in range(pairs):

@@ -218,7 +218,8 @@ def begin(w, dt):
         if p.slot >= 0:
             c = contact_at(w.contacts, p.slot)
             store(c.earlier, load(c.impulse))
-    update_tangent_planes(w)
+            if p.closed != 0 and shape_at(w.shapes, p.b).kind == TANGENT:  # the engine has placed this plane anew
+                replace(w, c)
 
 
 @jit_inside
@@ -267,15 +268,6 @@ def begin_pairs(w):
         c = contact_at(w.contacts, slot)
         if c.phase == PARTED and c.initial_overlap == 0.0:  # its pair is no longer listed
             release(w, slot)
-
-
-@jit_inside
-def update_tangent_planes(w):
-    """Move closed contacts along with tangent planes that the engine has placed anew."""
-    for k in range(w.nears):
-        p = near_at(w.near, k)
-        if p.closed != 0 and shape_at(w.shapes, p.b).kind == TANGENT:
-            replace(w, contact_at(w.contacts, p.slot))
 
 
 @jit_inside

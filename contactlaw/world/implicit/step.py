@@ -242,7 +242,7 @@ def solve(w, bodies, pairs, stage, time):
 
     time: of the end of the stage [s], from the start of the step.
     """
-    velocity, change = vector_of(w, VELOCITY), vector_of(w, RIGHT_SIDE)
+    velocity, change = vector_of(w, VELOCITY), vector_of(w, RIGHT_SIDE)  # right side until solved
     previous, factorisations = 0.0 if stage == time else NEVER, 0  # a second stage begins with the first one's factors
     for iteration in range(MAX_ITERATIONS):
         for i in range(bodies):
