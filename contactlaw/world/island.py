@@ -146,7 +146,9 @@ def take_substeps(w, bodies, pairs, t, now, until):
         if p.closed != 0:
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             apply_force(contact_at(w.contacts, p.slot), a, b, 0.5 * h)
-    since_review, going, closed, evaluated, must_land, coast_h = 0, True, 0, pairs, False, h
+    # pairs that are evaluated, not coasting; whether those must stop coasting; the substep with which they began
+    evaluated, must_land, coast_h = pairs, False, h
+    since_review, going, closed = 0, True, 0
     joints = False
     for i in range(bodies):
         joints = joints or is_jointed(body_at(w.bodies, whole_at(w.island_bodies, i)))

@@ -23,7 +23,10 @@ LARGEST_TURN = 0.1  # [rad] of a body with shapes off its centre in an implicit 
 
 @jit_inside
 def is_persistent(w, bodies, pairs):
-    """Return whether an island has closed contacts and nothing strikes in it within the step; number its unknowns."""
+    """Return whether an island has closed contacts and nothing strikes in it within the step.
+
+    Numbers its unknowns, and sets `active` of bodies that closed contacts press on.
+    """
     unknowns = 0
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
@@ -101,14 +104,22 @@ def whirls(s, a, n, spin, time):
 @jit_inside
 def takes_one_stage(w, bodies, pairs):
     """Return whether an island takes one stage: it has a tree, and no contact slides as a whole."""
-    trees = 0
-    for i in range(bodies):
-        trees += 1 if body_at(w.bodies, whole_at(w.island_bodies, i)).tree != 0 else 0
-    for i in range(pairs if trees > 0 else 0):
+    if not has_tree(w, bodies):
+        return False
+    for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed != 0 and fully(contact_at(w.contacts, p.slot).touch):
             return False
-    return trees > 0
+    return True
+
+
+@jit_inside
+def has_tree(w, bodies):
+    """Return whether an island has bodies of a tree."""
+    out = False
+    for i in range(bodies):
+        out = out or body_at(w.bodies, whole_at(w.island_bodies, i)).tree != 0
+    return out
 
 
 @jit_inside
@@ -117,9 +128,8 @@ def is_steady(w, bodies, pairs):
 
     False for islands with trees, where actuators and joints make the forces at the start a bad first guess.
     """
-    for i in range(bodies):
-        if body_at(w.bodies, whole_at(w.island_bodies, i)).tree != 0:
-            return False
+    if has_tree(w, bodies):
+        return False
     for i in range(pairs):
         r = row_at(w.rows, i)
         if r.slot >= 0 and not hardly_moves(contact_at(w.contacts, r.slot), 1.0):
@@ -129,7 +139,7 @@ def is_steady(w, bodies, pairs):
 
 @jit_inside
 def changes_regime(w, pairs):
-    """Return whether a contact parts, or begins to stick after sliding or spinning as a whole: when matters then."""
+    """Return whether a contact parts, or begins to stick after sliding or spinning as a whole."""
     for i in range(pairs):
         r = row_at(w.rows, i)
         if r.slot >= 0 and r.fresh == 0:
