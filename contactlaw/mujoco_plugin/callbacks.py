@@ -52,7 +52,7 @@ from contactlaw.world.data.records import RESIZED
 from contactlaw.world.data.vec import load, load4, scale, store, store4
 from contactlaw.world.sleep import is_at_rest
 from contactlaw.world.state import forget_motion, unused_span, write
-from contactlaw.world.step import FIXED, PRESSED
+from contactlaw.world.step import FIND_PRESSED, FIXED_ROOM
 from contactlaw.world.trees.mobility import clear, copy
 
 LARGEST = 1e100  # [N], forces beyond are not applied: the engine's results would not be finite
@@ -88,13 +88,13 @@ def move_world(head, w, state):
         return ASLEEP
     if head.calm != 0 and is_edited(head):
         return EDITED
-    call_step(address(w, STEP), w, head.step_size, PRESSED)
+    call_step(address(w, STEP), w, head.step_size, FIND_PRESSED)
     if run_trees(head, READ) and head.free_count + head.mocap_count == 0 and head.idle != 0:
         return MOVED
     for i in range(head.free_count):
         lead_free(head, free_at(head.frees, i))
-    call_step(address(w, STEP), w, head.step_size, FIXED)
-    call_step(address(w, STEP), w, head.step_size, PRESSED)
+    call_step(address(w, STEP), w, head.step_size, FIXED_ROOM)
+    call_step(address(w, STEP), w, head.step_size, FIND_PRESSED)
     if head.lag > 0.0:
         touch_near(w)
     for i in range(head.free_count):

@@ -53,7 +53,7 @@ from contactlaw.world.data.vec import (
 )
 from contactlaw.world.shapes.curvature import radius_is_clear
 from contactlaw.world.sleep import is_at_rest
-from contactlaw.world.step import GROWS
+from contactlaw.world.step import GROWING_ROOM
 
 
 @jit
@@ -73,7 +73,7 @@ def finish_step(block, stepped):
         if (others > 0 or head.unknown != 0) and head.refreshed == 0:
             head.refreshed = 1
             return OTHERS if others > 0 else UNKNOWN
-    if not (ready(w, STEP) and call_step(address(w, STEP), w, head.dt, GROWS)):
+    if not (ready(w, STEP) and call_step(address(w, STEP), w, head.dt, GROWING_ROOM)):
         return NO_ROOM
     done = write_bodies(head, w, stepped)
     return done if done > 0 or not is_at_rest(w) else ASLEEP

@@ -32,7 +32,7 @@ from contactlaw.world.near.guards import outgrown, surface_speed
 from contactlaw.world.near.listing import list_near, strayed
 from contactlaw.world.shapes.geometry import meet
 from contactlaw.world.sleep import is_disturbed
-from contactlaw.world.step import PRESSED
+from contactlaw.world.step import FIND_PRESSED
 
 
 @jit
@@ -157,7 +157,7 @@ def find_pressed(block):
     """Find which bodies are pressed where the user has put bodies: these have their true velocities in PyBullet."""
     head = head_at(block, 0)
     w = world_at(head.world, 0)
-    call_step(address(w, STEP), w, head.dt, PRESSED)
+    call_step(address(w, STEP), w, head.dt, FIND_PRESSED)
     for k in range(head.count):
         r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
         if r.placed != 0 and b.pressed != 0:

@@ -1,7 +1,7 @@
-"""The bodies and contacts of one island through one window: fly to the first touch, step while anything is closed.
+"""Integration of one island through one window: free flight to the first touch, substeps while any contact is closed.
 
-A substep is a leapfrog: all bodies drift, then each contact looks where its bodies are and asks its law, then all
-bodies are kicked. The force at the end of a window is where the next one begins.
+A substep is a leapfrog: all bodies drift, then each contact finds its overlap and displacement there and evaluates its
+law, then all bodies are kicked. The force at the end of a window begins the next window.
 """
 
 from __future__ import annotations
@@ -24,39 +24,39 @@ from contactlaw.world.near.time_of_impact import predict
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.sleep import fall_asleep
 
-AHEAD = 2.0  # strides of both that two surfaces may come nearer by in a substep; substeps that a touch is seen before
-BLOCK = 16  # substeps of one length; then the paces are looked at anew
-LEAST_CHANGE = 0.75  # of the length of substeps: within it they stay as they are, for the leapfrog's symmetry
+LOOKAHEAD = 2.0  # substeps within which an open pair must be able to close for its gap to be measured
+BLOCK = 16  # substeps between two reviews of their length
+LEAST_CHANGE = 0.75  # ratio of lengths from which substeps change; equal ones keep the leapfrog's symmetry
 ELASTIC = 60.0  # substeps of an elastic impact in a crowd, at least: a column of 20 keeps its energy to 1e-3
-LEAST_COASTED = 3.5  # substeps, fewer of which are not worth it
-SHORTEST = 1e-6  # of a substep, a remainder that is none; of a window, a substep at least
-LOST = 1e10  # [m/s] at which a body is lost: a velocity that engines take for a fault, too
-JOINTED = 4.0  # times fewer substeps has a damped impact of bodies that joints hold: 25 for 100, psi_2 right to 1e-3
-TWISTS = 8  # substeps in which contacts that are no few are twisted once: torsion is a hundred times slower
-TRIES = 30  # steps of conservative advancement on the way to a touch; after them it is stepped towards
-STRIDE = 0.02  # [rad] that a body may turn in such a step: what turns past another may graze it in between
-AT_ONCE = 1e-6  # of a window: time in which two shapes that touch would close
+LEAST_COASTED = 3.5  # substeps: contacts coast for no fewer, which would not save time
+SHORTEST = 1e-6  # of a window, the least substep; of a substep, the least remainder that becomes a substep
+LOST_SPEED = 1e10  # [m/s] of a surface; engines, too, take such a velocity for a fault
+JOINTED_FEWER = 4.0  # times fewer substeps of a damped impact with joints: 25 instead of 100, psi_2 right to 1e-3
+TORSION_EVERY = 8  # substeps between updates of torsion in crowds and trees: it changes a hundred times more slowly
+MAX_ADVANCES = 30  # steps of conservative advancement towards a touch; then substeps take over
+MAX_TURN = 0.02  # [rad] in a substep while nothing is closed: a body that turns past another may graze it in between
+IMMEDIATE = 1e-6  # of the time left of a window: shapes in contact close within it
 
 
 @jit_inside
 def integrate(w, root, now, until):
-    """Move an island from one time of the step to another [s].
+    """Integrate an island through a window, from a time of the step to another [s].
 
-    With a body that is lost all of it is nowhere: an engine finds a state that is no number, and says so.
+    If a body is lost, the positions of all bodies of the island become NaN, which engines detect and report.
     """
-    bodies, pairs = members(w, root)
+    bodies, pairs = list_members(w, root)
     t = now
     while t < until:
-        t = approach(w, bodies, pairs, t, until)
+        t = fly_to_touch(w, bodies, pairs, t, until)
         if until - t > SHORTEST * (until - now):
-            t = run(w, bodies, pairs, t, now, until)
-            if lost(w, bodies, until - now):
+            t = take_substeps(w, bodies, pairs, t, now, until)
+            if is_lost(w, bodies, until - now):
                 for i in range(bodies):
                     b = body_at(w.bodies, whole_at(w.island_bodies, i))
                     b.time, b.done = w.step, 1
                     store(b.position, (nan, nan, nan))
                 return
-        elif t < until:  # a touch at the end: a substep so short would tell nothing of its speed
+        elif t < until:  # a touch at the end: over so short a substep rounding would hide its speed
             t = until
             for i in range(bodies):
                 fly(body_at(w.bodies, whole_at(w.island_bodies, i)), until)
@@ -68,8 +68,8 @@ def integrate(w, root, now, until):
 
 
 @jit_inside
-def members(w, root):
-    """List the bodies and the near pairs of an island; returns how many."""
+def list_members(w, root):
+    """List the moving bodies and the active pairs of an island in `w`; return how many of each."""
     bodies, pairs = 0, 0
     i = root
     while i >= 0:
@@ -86,16 +86,16 @@ def members(w, root):
 
 
 @jit_inside
-def approach(w, bodies, pairs, t, until):
-    """While nothing is closed, fly all bodies together until the first two touch; returns when they do [s]."""
-    soon = AT_ONCE * (until - t)
-    for number in range(TRIES):
+def fly_to_touch(w, bodies, pairs, t, until):
+    """Fly all bodies together from t [s] until a pair is closed, or to `until`; return that time [s]."""
+    soon = IMMEDIATE * (until - t)
+    for number in range(MAX_ADVANCES):
         closed, first = False, NEVER
         for i in range(pairs):
             p = near_at(w.near, whole_at(w.island_pairs, i))
             if p.closed == 0:
-                if number == 0 or p.toi <= t + soon:  # who flies does what was foreseen
-                    foresee(w, p, t)
+                if number == 0 or p.toi <= t + soon:  # in free flight a prediction holds
+                    predict_once(w, p, t)
                 first = min(first, p.toi)
                 touches = p.toi <= t + soon and p.gap <= TOUCHING * radius_of(w, p)
                 if touches and begin_contact(w, whole_at(w.island_pairs, i), -p.gap):
@@ -113,79 +113,81 @@ def approach(w, bodies, pairs, t, until):
 
 
 @jit_inside
-def run(w, bodies, pairs, t, now, until):
-    """Step an island until nothing of it is closed, or to the end of the window; returns when [s].
+def first_substeps(w, pairs, t, now, until):
+    """Return the lengths [s] of the first substep from t [s] on, and of those that follow.
 
-    The window is a whole number of substeps, so that those of windows of one length are alike. What is left of it from
-    a touch on is not: the first substep is the remainder, as long as there is hardly any force.
+    The whole window is divided into equal substeps, so that windows of equal length have equal substeps. If t, when a
+    pair touches, is between two of them, the first substep is the remainder, while there is hardly any force.
     """
-    whole, shortest = until - now, SHORTEST * (until - now)
+    whole = until - now
     for i in range(pairs):
         near_at(w.near, whole_at(w.island_pairs, i)).path_limit = 0.0
-    h = length(w, pairs, t)
-    if h > until - t and until == w.step:  # a touch shortly before the end of a step: the next one goes on with it
+    h = substep_length(w, pairs, t)
+    if h > until - t and until == w.step:  # a touch shortly before the step's end: the impact continues in the next
         whole = w.step
-    h = whole / ceil(whole / max(kept(w, pairs, h), shortest) - 1e-9)
+    h = whole / ceil(whole / max(previous_length(w, pairs, h), SHORTEST * (until - now)) - 1e-9)
     count = floor((until - t) / h + 1e-9)
-    following = h
-    h = until - t - count * h
-    if count > 0.0 and h < SHORTEST * following:
-        h = following
+    first = until - t - count * h
+    return h if count > 0.0 and first < SHORTEST * h else first, h
+
+
+@jit_inside
+def take_substeps(w, bodies, pairs, t, now, until):
+    """Step an island from t [s] until none of its pairs is closed, or to `until`; return that time [s].
+
+    now: start of the window [s]. Contacts that hardly change may coast for a block of substeps: these come last in the
+    list of pairs, after those that are evaluated. Every BLOCK substeps, and where a contact closes that needs shorter
+    ones, the length of substeps is reviewed.
+    """
+    shortest = SHORTEST * (until - now)
+    h, next_h = first_substeps(w, pairs, t, now, until)
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed != 0:
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             apply_force(contact_at(w.contacts, p.slot), a, b, 0.5 * h)
-    done, going, closed, rest, stirred, spacing = 0, True, 0, pairs, False, h
+    # pairs that are evaluated, not coasting; whether those must stop coasting; the substep with which they began
+    evaluated, must_land, coast_h = pairs, False, h
+    since_review, going, closed = 0, True, 0
     joints = False
     for i in range(bodies):
-        joints = joints or jointed(body_at(w.bodies, whole_at(w.island_bodies, i)))
+        joints = joints or is_jointed(body_at(w.bodies, whole_at(w.island_bodies, i)))
     while going:
-        done += 1
+        since_review += 1
         left = until - t - h
-        last = left < 0.5 * following
-        t = until if last else t + h
+        is_last = left < 0.5 * next_h
+        t = until if is_last else t + h
         for i in range(bodies):
             drift(body_at(w.bodies, whole_at(w.island_bodies, i)), h)
-        if rest < pairs and (stirred or last or done == BLOCK or h != spacing):
-            call_stop_coasting(address(w, STOP_COASTING), w, pairs - rest)
-            rest = pairs
+        if evaluated < pairs and (must_land or is_last or since_review == BLOCK or h != coast_h):
+            call_stop_coasting(address(w, STOP_COASTING), w, pairs - evaluated)
+            evaluated = pairs
         w.twists = TWIST_ALWAYS
         if joints or closed > w.crowd:
-            w.twists = TWIST_NOW if last or done % TWISTS == 0 else TWIST_LATER
-        travel(w, bodies, max(following / h, 1.0))
-        closed, news = forces(w, rest, (h, following), closed <= w.crowd)
-        closed += pairs - rest
-        going = closed > 0 and not last
+            w.twists = TWIST_NOW if is_last or since_review % TORSION_EVERY == 0 else TWIST_LATER
+        update_paths(w, bodies, max(next_h / h, 1.0))
+        closed, shorter = evaluate_contacts(w, evaluated, (h, next_h), closed <= w.crowd)
+        closed += pairs - evaluated
+        going = closed > 0 and not is_last
         if not going:
-            following = 0.0
-        anew = going and news < (NEVER if closed <= w.crowd else LEAST_CHANGE * following)
-        if anew or (going and done == BLOCK):
-            target = max(min(length(w, pairs, t), left), shortest)
-            going = not lost(w, bodies, whole)
-            if not alike(target, following):
-                following = left / ceil(left / target - 1e-9)
-            done = 0
-        for i in range(rest):
-            p = near_at(w.near, whole_at(w.island_pairs, i))
-            if p.closed == 0:
-                continue
-            c = contact_at(w.contacts, p.slot)
-            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            if c.touch.overlap > 0.0:
-                apply_force(c, a, b, 0.5 * (h + following) + c.end_weight * h)
-            else:
-                apply_force(c, a, b, c.end_weight * h)
-                end_contact(p, c)
-        stirred = anew
-        if rest < pairs:
-            stirred = call_coast(address(w, COAST), w, pairs - rest, (h, 0.5 * (h + following))) or anew
+            next_h = 0.0
+        review = going and shorter < (NEVER if closed <= w.crowd else LEAST_CHANGE * next_h)
+        if review or (going and since_review == BLOCK):
+            target = max(min(substep_length(w, pairs, t), left), shortest)
+            going = not is_lost(w, bodies, until - now)
+            if not may_keep(target, next_h):
+                next_h = left / ceil(left / target - 1e-9)
+            since_review = 0
+        kick_bodies(w, evaluated, h, next_h)
+        must_land = review
+        if evaluated < pairs:
+            must_land = call_coast(address(w, COAST), w, pairs - evaluated, (h, 0.5 * (h + next_h))) or review
         w.kicks += closed
-        if rest == pairs and done <= 1 and following == h and closed > w.crowd:
+        if evaluated == pairs and since_review <= 1 and next_h == h and closed > w.crowd:
             count = min(BLOCK, (until - t) / h)
             if count > LEAST_COASTED and ready(w, START_COASTING):
-                rest, spacing = call_start_coasting(address(w, START_COASTING), w, pairs, h, count), h
-        h = following
+                evaluated, coast_h = call_start_coasting(address(w, START_COASTING), w, pairs, h, count), h
+        h = next_h
     w.twists = TWIST_ALWAYS
     for i in range(bodies):
         settle(body_at(w.bodies, whole_at(w.island_bodies, i)))
@@ -193,10 +195,29 @@ def run(w, bodies, pairs, t, now, until):
 
 
 @jit_inside
-def travel(w, bodies, longer):
-    """Note how far surfaces went in a substep, and may go in the next one, which is so many times longer.
+def kick_bodies(w, pairs, h, next_h):
+    """Kick bodies with the forces of contacts for half a substep of h [s] and half of the next one.
 
-    Who presses on them is counted anew.
+    Contacts whose overlap has become zero open; they push only for what `contacts.ends` adds there.
+    """
+    for i in range(pairs):
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        if p.closed == 0:
+            continue
+        c = contact_at(w.contacts, p.slot)
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+        if c.touch.overlap > 0.0:
+            apply_force(c, a, b, 0.5 * (h + next_h) + c.end_weight * h)
+        else:
+            apply_force(c, a, b, c.end_weight * h)
+            end_contact(p, c)
+
+
+@jit_inside
+def update_paths(w, bodies, longer):
+    """Add what surfaces moved in a substep to their paths, and predict the next substep, `longer` times as long.
+
+    Contacts on each body are counted anew.
     """
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
@@ -207,50 +228,35 @@ def travel(w, bodies, longer):
 
 
 @jit_inside
-def lost(w, bodies, time):
-    """Whether the surface of a body of an island has gone nowhere, or further than it can in a time [s]."""
+def is_lost(w, bodies, time):
+    """Return whether a surface of an island has moved faster than LOST_SPEED for a time [s], or to NaN."""
     out = False
     for i in range(bodies):
-        out = out or not body_at(w.bodies, whole_at(w.island_bodies, i)).path < LOST * time
+        out = out or not body_at(w.bodies, whole_at(w.island_bodies, i)).path < LOST_SPEED * time
     return out
 
 
 @jit_inside
-def forces(w, pairs, span, few):
-    """Advance all contacts by the substep that has passed; returns how many are closed.
+def evaluate_contacts(w, pairs, span, few):
+    """Evaluate all contacts at the end of a substep; return how many are closed, and the shortest substep needed [s].
 
-    The second result is the shortest substep [s] that one would have which has touched, or is about to. span: lengths
-    [s] of this substep and of the next; few: see `substeps_of`. An open pair is met in the substep before it touches,
-    for its gap there.
+    The latter is that of contacts that have just closed or are about to; NEVER if there are none. span: lengths [s] of
+    this substep and of the next; few: see `substeps_per_impact`.
     """
-    closed, news = 0, NEVER
+    closed, shorter = 0, NEVER
     for i in range(pairs):
-        p = near_at(w.near, whole_at(w.island_pairs, i))
+        k = whole_at(w.island_pairs, i)
+        p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         if p.closed == 0:
-            near = AHEAD * (a.next_path + b.next_path)
-            if a.path + b.path + near < p.path_limit:
+            reach = LOOKAHEAD * (a.next_path + b.next_path)
+            if a.path + b.path + reach < p.path_limit:
                 continue
-            before = -p.gap
-            gap, stride = known_gap(w, p, a, b)
-            near = min(near, AHEAD * (span[1] / span[0]) * stride)
-            if gap <= near:
-                overlap, n, arm_a, arm_b = over_plane(w, p, a, b)
-                if overlap > -near:
-                    overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
-                gap = -overlap
-                if 0.0 <= gap < AHEAD * span[1] * closing_at(a, arm_a, b, arm_b, n):
-                    own = touch_duration(w, p) / substeps_of(w, p, few)
-                    news = min(news, own if own < LEAST_CHANGE * span[1] else NEVER)
-            p.gap = gap
-            p.path_limit = gap + a.path + b.path
-            keep_gap(w, p, a.time if b.still != 0 else b.time)
-            if gap >= 0.0 or not begin_contact(w, whole_at(w.island_pairs, i), min(before, 0.0)):
-                continue
-            news = min(news, longest_substep(w, contact_at(w.contacts, p.slot), a, b, substeps_of(w, p, False)))
-        measure(w, contact_at(w.contacts, p.slot), a, b)
-        a.pressing += 1
-        b.pressing += 1
+            shorter = min(shorter, measure_open_pair(w, k, reach, span, few))
+        if p.closed != 0:
+            measure(w, contact_at(w.contacts, p.slot), a, b)
+            a.pressing += 1
+            b.pressing += 1
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed != 0:
@@ -258,73 +264,102 @@ def forces(w, pairs, span, few):
             advance(w, c, p.slot, span)
             if c.touch.overlap > 0.0:
                 closed += 1
-    return closed, news
+    return closed, shorter
 
 
 @jit_inside
-def length(w, pairs, t):
-    """Length [s] that the next substeps should have, at most that of the step.
+def measure_open_pair(w, k, reach, span, few):
+    """Measure the gap of open pair k, if that may be less than `reach` [m]; close the pair if its shapes overlap.
 
-    What parts slowly falls back: who would touch within the next ones is given one of its impact. Bodies that joints
-    hold go past much that they never touch: of them only those that are about to.
+    Returns the substep [s] that its contact needs, if it closes or is about to; else NEVER. The gap must be known in
+    the substep before a pair closes, as the contact's first substep begins with it.
+    """
+    p = near_at(w.near, k)
+    a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+    before, needed = -p.gap, NEVER
+    gap, last_move = known_gap(w, p, a, b)
+    reach = min(reach, LOOKAHEAD * (span[1] / span[0]) * last_move)
+    if gap <= reach:
+        overlap, n, arm_a, arm_b = over_plane(w, p, a, b)
+        if overlap > -reach:
+            overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
+        gap = -overlap
+        if 0.0 <= gap < LOOKAHEAD * span[1] * closing_at(a, arm_a, b, arm_b, n):
+            own = touch_duration(w, p) / substeps_per_impact(w, p, few)
+            needed = own if own < LEAST_CHANGE * span[1] else NEVER
+    p.gap = gap
+    p.path_limit = gap + a.path + b.path
+    keep_gap(w, p, a.time if b.still != 0 else b.time)
+    if not gap >= 0.0 and begin_contact(w, k, min(before, 0.0)):
+        needed = longest_substep(w, contact_at(w.contacts, p.slot), a, b, substeps_per_impact(w, p, False))
+    return needed
+
+
+@jit_inside
+def substep_length(w, pairs, t):
+    """Return the length [s] that substeps from t [s] on should have; at most that of the step.
+
+    Open pairs count if they can close within two blocks: under a load, bodies that part slowly soon touch again. Bodies
+    of trees pass many shapes without touching them, so their pairs count only if they are about to close.
     """
     closed, h = 0, w.step
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         closed += p.closed
         body_at(w.bodies, p.body_a).square_rate, body_at(w.bodies, p.body_b).square_rate = 0.0, 0.0
-    for i in range(pairs):
+    for i in range(pairs):  # before any `substep`, which needs the sums of each body
         add_square_rate(w, near_at(w.near, whole_at(w.island_pairs, i)))
     few = closed <= w.crowd
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed != 0:
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            h = min(h, longest_substep(w, contact_at(w.contacts, p.slot), a, b, substeps_of(w, p, few)))
+            h = min(h, longest_substep(w, contact_at(w.contacts, p.slot), a, b, substeps_per_impact(w, p, few)))
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed == 0:
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             if closed == 0:
-                h = min(h, STRIDE / max(turn_rate(a), turn_rate(b), 1e-9))
-            soon = (AHEAD if jointed(a) or jointed(b) else 2.0 * BLOCK) * h
+                h = min(h, MAX_TURN / max(turn_rate(a), turn_rate(b), 1e-9))
+            soon = (LOOKAHEAD if is_jointed(a) or is_jointed(b) else 2.0 * BLOCK) * h
             if p.path_limit - a.path - b.path <= soon * greatest_closing(a, b):
-                foresee(w, p, t)
+                predict_once(w, p, t)
                 p.path_limit = p.gap + a.path + b.path
                 if time_to_close(max(p.gap, 0.0), p.closing, max(p.acceleration, 0.0)) < soon:
-                    h = min(h, touch_duration(w, p) / substeps_of(w, p, few))
+                    h = min(h, touch_duration(w, p) / substeps_per_impact(w, p, few))
     return h
 
 
 @jit_inside
-def substeps_of(w, p, few):
-    """Substeps that an impact of a pair should have; few: contacts of its island are closed.
+def substeps_per_impact(w, p, few):
+    """Return how many substeps an impact of a pair should have.
 
-    In a crowd, and where joints hold bodies together, what is damped forgets its errors; what is elastic adds them up.
+    few: no more than `WORLD.crowd` contacts of its island are closed. In a crowd and with joints damped impacts need
+    fewer, as damping removes their errors; those of elastic ones add up.
     """
     damped = law_of(w, pair_at(w.pairs, p.pair)).zeta > 0.0
     if few:
-        joints = jointed(body_at(w.bodies, p.body_a)) or jointed(body_at(w.bodies, p.body_b))
-        return w.substeps / JOINTED if damped and joints else w.substeps
+        joints = is_jointed(body_at(w.bodies, p.body_a)) or is_jointed(body_at(w.bodies, p.body_b))
+        return w.substeps / JOINTED_FEWER if damped and joints else w.substeps
     return w.crowd_substeps if damped else max(w.crowd_substeps, ELASTIC)
 
 
 @jit_inside
-def jointed(b):
-    """Whether joints hold a body to others."""
+def is_jointed(b):
+    """Return whether joints connect a body to other bodies."""
     return b.tree != 0 and tree_at(b.tree, 0).count > 1
 
 
 @jit_inside
-def foresee(w, p, t):
-    """Look at an open pair, if nobody has at this time."""
+def predict_once(w, p, t):
+    """Predict the time of impact of an open pair, unless that has been done at this time t [s]."""
     if p.checked != t:
         predict(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b), t, w.step - t)
 
 
 @jit_inside
-def kept(w, pairs, target):
-    """The length of substeps [s] that closed contacts had before the window, if it may stay; else the target."""
+def previous_length(w, pairs, target):
+    """Return the length [s] of the closed contacts' last substeps if substeps may keep it, else the target [s]."""
     last = NEVER
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
@@ -332,10 +367,10 @@ def kept(w, pairs, target):
             c = contact_at(w.contacts, p.slot)
             if c.touch.force > 0.0:
                 last = min(last, c.interval)
-    return last if alike(target, last) else target
+    return last if may_keep(target, last) else target
 
 
 @jit_inside
-def alike(target, length):
-    """Whether substeps may keep their length though they should have another."""
+def may_keep(target, length):
+    """Return whether substeps of a length [s] may keep it although the target is another."""
     return LEAST_CHANGE * length < target < length / LEAST_CHANGE

@@ -1,9 +1,9 @@
-"""Which contacts are stepped in a window of time, and which bodies they join into islands.
+"""Which pairs are stepped in a window of time, and which islands they join bodies into.
 
-A window is as long as the shortest impact that is going on, so that hardly anything else happens in it. Where a crowd
-of contacts lasts something always does: there it is longer, as its beginning and its end ask every law. Contacts are
-taken in that are closed, or that can close within the window: by the motion there is, and by what impacts may make of
-it. All other bodies fly, in closed form, when something asks for them next.
+A window is as long as the shortest impact that is going on, so that little else happens in it. In a crowd of persistent
+contacts some impact is always going on; windows are longer there, because each begins and ends with an evaluation of
+all laws. A pair is active in a window if it is closed, or can close in it by the present motion or after impacts. All
+other bodies fly, in closed form, when they are next needed.
 """
 
 from __future__ import annotations
@@ -22,20 +22,21 @@ from contactlaw.world.data.records import NEVER
 from contactlaw.world.near.guards import is_guarded, keep_gap
 from contactlaw.world.near.time_of_impact import predict
 
-MARGIN = 1.5  # of what impacts may give to a body, over an elastic impact on a body that is free
-LONGER = 8.0  # durations of an impact that a window has where a crowd of contacts lasts
-GROWN = 1.1  # a bound that has grown by less is not handed on
-FAR = 40.0  # margins of a body; what can go so far within a window meets all that is near, which lies within four
+DELTA_V_MARGIN = 1.5  # margin on the change of velocity by impacts, over that of an elastic impact of free bodies
+CROWD_WINDOW = 8.0  # durations of the shortest impact in a window where more than `WORLD.crowd` contacts persist
+GROWTH = 1.1  # a bound on a change of velocity that has grown by a smaller factor is not passed on
+FAR = 40.0  # margins: a body that can travel so far in a window reaches every near body, as these are within four
 
 
 @jit_inside
-def look_ahead(w, now, step):
-    """Look at all open pairs whose bodies have changed course or that could close now.
+def plan_window(w, now, step):
+    """Predict times of impact; return the next one, the shortest duration of an impact, and the next window [s].
 
-    Returns when the next one could close [s], the duration [s] of the shortest impact that is going on, and how long
-    the next window is to be [s].
+    now: time of the step [s]; step: its length [s]. An open pair is predicted anew if the velocity of one of its bodies
+    has changed or its time of impact has come. The first result is NEVER if no pair can close within the step, the
+    second if no pair is closed.
     """
-    first, shortest, lasting = NEVER, NEVER, 0
+    first, shortest, persistent = NEVER, NEVER, 0
     for k in range(w.nears):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
@@ -43,34 +44,35 @@ def look_ahead(w, now, step):
             continue
         if p.closed != 0:
             c = contact_at(w.contacts, p.slot)
-            lasting += 1 if c.touch.course == LASTING else 0
+            persistent += 1 if c.touch.course == LASTING else 0
             shortest = min(shortest, contact_duration(w, c, a, b))
             continue
         if a.changed != 0 or b.changed != 0 or p.toi <= now:
             if is_guarded(w, p, step, 0.0):
                 p.toi, p.checked = NEVER, -1.0
             else:
-                look(w, p, now)
+                predict_at(w, p, now)
         if p.toi < step:
             first = min(first, p.toi)
     for n in range(w.near_body_count):
         body_at(w.bodies, whole_at(w.near_bodies, n)).changed = 0
-    return first, shortest, LONGER * shortest if lasting > w.crowd else shortest
+    return first, shortest, CROWD_WINDOW * shortest if persistent > w.crowd else shortest
 
 
 @jit_inside
-def look(w, p, now):
-    """Look at an open pair.
+def predict_at(w, p, now):
+    """Predict the time of impact of an open pair from the motion at a time of the step [s].
 
-    Bodies that fly stay behind in time meanwhile, and fly in one piece: who looks at them does not change a bit of it.
+    A copy of a free body is moved there if the body is behind in time. Its own flight stays in one piece, so that
+    its rounding does not depend on which pairs are predicted.
     """
-    predict(w, p, foreseen(w, p.body_a, now, 0), foreseen(w, p.body_b, now, 1), now, w.step - now)
+    predict(w, p, flown_to(w, p.body_a, now, 0), flown_to(w, p.body_b, now, 1), now, w.step - now)
     keep_gap(w, p, now)
 
 
 @jit_inside
-def foreseen(w, i, now, place):
-    """A body as it will be, or is; a tree moves there."""
+def flown_to(w, i, now, place):
+    """Return body i as it flies to a time [s]; a free body in a scratch copy, number `place`, a tree itself."""
     b = body_at(w.bodies, i)
     if b.time != now and b.still == 0 and b.tree == 0:
         b = scratch_body(w, i, place)
@@ -79,8 +81,8 @@ def foreseen(w, i, now, place):
 
 
 @jit_inside
-def next_impact(w, now):
-    """Duration [s] of the shortest impact that may begin now."""
+def shortest_new_impact(w, now):
+    """Return the duration [s] of the shortest impact that may begin now."""
     shortest = NEVER
     for k in range(w.nears):
         p = near_at(w.near, k)
@@ -92,7 +94,12 @@ def next_impact(w, now):
 
 @jit_inside
 def activate(w, now, until):
-    """Take in what is closed or can close in a window; returns whether somebody who sleeps is among them."""
+    """Activate the pairs that are closed or can close in a window; return whether a sleeping body is in one.
+
+    now, until: start and end of the window [s]. Bodies of active pairs fly to its start and are joined into islands. An
+    impact can throw a body against others, so bounds on changes of velocity spread along active pairs until no further
+    pair can close.
+    """
     length, widest = until - now, 0.0
     for n in range(w.near_body_count):
         i = whole_at(w.near_bodies, n)
@@ -103,49 +110,55 @@ def activate(w, now, until):
         b.head = -1
         b.link = -1
     enough = FAR * widest / length
-    sleeper = False
-    found = True
-    first = True
-    while found:
-        found = False
+    sleeper, changed, first_pass = False, True, True
+    while changed:
+        changed = False
         for k in range(w.nears):
             p = near_at(w.near, k)
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            if first:
+            if first_pass:
                 p.active = 0
             if (a.still != 0 and b.still != 0) or a.done != 0 or b.done != 0:
                 continue
             if p.active != 0:
-                if hands_on(a, b):  # or nothing of its bound has changed
-                    found = bound_delta_v(w, p, a, b, length, enough) or found
+                if transmits(a, b):  # else nothing has changed its bound
+                    changed = bound_delta_v(w, p, a, b, length, enough) or changed
                 continue
-            if p.closed == 0 and (not first or p.toi > until):
-                if a.delta_v == 0.0 and b.delta_v == 0.0:
-                    continue
-                if p.checked != now:
-                    kicked = length * MARGIN * (a.delta_v + b.delta_v)
-                    if is_guarded(w, p, until, kicked):
-                        continue
-                    look(w, p, now)
-                if time_to_close(p.gap, fastest_closing(p, a, b), max(p.acceleration, 0.0)) > length:
-                    continue
+            if p.closed == 0 and (not first_pass or p.toi > until) and not may_close(w, p, now, until):
+                continue
             p.active = 1
-            found = True
+            changed = True
             fly(a, now)
             fly(b, now)
             sleeper = sleeper or a.asleep != 0 or b.asleep != 0
             bound_delta_v(w, p, a, b, length, enough)
             join(w, p.body_a, p.body_b)
-        first = False
+        first_pass = False
     return sleeper
 
 
 @jit_inside
-def bound_delta_v(w, p, a, b, length, enough):
-    """How much two bodies' velocities may change by their contact, or by what the other one may be given.
+def may_close(w, p, now, until):
+    """Return whether impacts of their bodies can close an open pair in a window, by the bounds known so far."""
+    a, b, length = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b), until - now
+    if a.delta_v == 0.0 and b.delta_v == 0.0:
+        return False
+    gained = a.delta_v + b.delta_v
+    if p.checked != now:
+        if is_guarded(w, p, until, length * DELTA_V_MARGIN * gained):
+            return False
+        predict_at(w, p, now)
+    closing = max(p.closing, 0.0) + DELTA_V_MARGIN * gained
+    return not time_to_close(p.gap, closing, max(p.acceleration, 0.0)) > length
 
-    Returns whether this is clearly more than known before, and that was not enough [m/s] to meet everybody: between
-    trees bounds would grow for ever.
+
+@jit_inside
+def bound_delta_v(w, p, a, b, length, enough):
+    """Raise the bounds on two bodies' changes of velocity [m/s] within a window by what their contact can do.
+
+    That is an elastic impact of their own, or the passing on of a change that the other body may get. length: of the
+    window [s]. Returns whether a bound has clearly grown that was still below `enough` [m/s], with which a body reaches
+    all that is near; without this limit the bounds of trees could grow for ever.
     """
     closing, push = max(p.closing, 0.0), max(p.acceleration, 0.0)
     square = (closing + push * length) ** 2
@@ -156,10 +169,10 @@ def bound_delta_v(w, p, a, b, length, enough):
         square = closing_speed(c, a, b) ** 2 + 0.8 * t.force * x / t.mass + (t.force * length / t.mass) ** 2
     for_a, for_b = mobility_bound(a, a.reach), mobility_bound(b, b.reach)
     both = for_a + for_b
-    handed = 1.0 if hands_on(a, b) else 0.0
-    for_a *= 2.0 * max(sqrt(square), handed * b.delta_v) / both
-    for_b *= 2.0 * max(sqrt(square), handed * a.delta_v) / both
-    more = (for_a > GROWN * a.delta_v and a.delta_v < enough) or (for_b > GROWN * b.delta_v and b.delta_v < enough)
+    passed_on = 1.0 if transmits(a, b) else 0.0
+    for_a *= 2.0 * max(sqrt(square), passed_on * b.delta_v) / both
+    for_b *= 2.0 * max(sqrt(square), passed_on * a.delta_v) / both
+    more = (for_a > GROWTH * a.delta_v and a.delta_v < enough) or (for_b > GROWTH * b.delta_v and b.delta_v < enough)
     for one, value in ((a, for_a), (b, for_b)):
         if value > one.delta_v:
             one.delta_v = value
@@ -169,20 +182,17 @@ def bound_delta_v(w, p, a, b, length, enough):
 
 
 @jit_inside
-def hands_on(a, b):
-    """Whether what one body may be given it may hand on to another one; within a tree `spread_delta_v` has done so."""
+def transmits(a, b):
+    """Return whether one body can pass on to the other a change of its velocity.
+
+    Two bodies of one tree need not: `spread_delta_v` has done that.
+    """
     return (a.tree == 0 or a.tree != b.tree) and a.inverse_mass != 0.0 and b.inverse_mass != 0.0
 
 
 @jit_inside
-def fastest_closing(p, a, b):
-    """Closing speed [m/s] of an open pair within a window, whatever impacts do, at most."""
-    return max(p.closing, 0.0) + MARGIN * (a.delta_v + b.delta_v)
-
-
-@jit_inside
 def root_of(w, i):
-    """First body of the island that a body is in."""
+    """Return the first body of the island that body i is in: union-find, halving the path."""
     b = body_at(w.bodies, i)
     while b.island != i:
         b.island = body_at(w.bodies, b.island).island
@@ -193,22 +203,22 @@ def root_of(w, i):
 
 @jit_inside
 def join(w, i, j):
-    """Make two bodies members of one island; those that nothing moves are in none."""
-    if fixed(body_at(w.bodies, i)) or fixed(body_at(w.bodies, j)):
+    """Join the islands of two bodies; immovable bodies are in none."""
+    if is_immovable(body_at(w.bodies, i)) or is_immovable(body_at(w.bodies, j)):
         return
     i, j = root_of(w, i), root_of(w, j)
     body_at(w.bodies, max(i, j)).island = min(i, j)
 
 
 @jit_inside
-def fixed(b):
-    """Whether nothing can move a body."""
+def is_immovable(b):
+    """Return whether nothing moves a body: it is still, and does not sleep."""
     return b.still != 0 and b.asleep == 0
 
 
 @jit_inside
-def link(w):
-    """String up the near pairs and the bodies of each island."""
+def list_islands(w):
+    """Link the active pairs and the bodies of each island into lists, and note the islands' roots."""
     w.islands = 0
     for k in range(w.nears - 1, -1, -1):
         p = near_at(w.near, k)

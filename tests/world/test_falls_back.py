@@ -14,7 +14,7 @@ from contactlaw.memory import set_whole
 from contactlaw.world import World
 from contactlaw.world.bodies.motion import fly
 from contactlaw.world.data.access import body_at, near_at
-from contactlaw.world.island import length
+from contactlaw.world.island import substep_length
 from contactlaw.world.near.listing import list_near
 from contactlaw.world.near.time_of_impact import predict
 from contactlaw.world.shapes.geometry import meet_near
@@ -35,7 +35,7 @@ def fly_a_substep(world, gaps):
         set_whole(w.island_pairs, k, k)
         predict(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b), 0.0, STEP)
         p.path_limit = 0.0
-    until = length(w, w.nears, 0.0)
+    until = substep_length(w, w.nears, 0.0)
     for i in range(w.body_count):
         fly(body_at(w.bodies, i), until)
     for k in range(w.nears):

@@ -349,11 +349,11 @@ def advance(w, c, slot, span):
 
 @jit_inside
 def side_by_side(a, b):
-    """How many contacts press on one of two bodies.
+    """Return how many closed contacts one of two bodies has, at most.
 
-    The damper acts on the speed that its own force leaves. If n of them act side by side on one mass, each taking off
-    its own alone from a speed that all the others have changed since, they swing from substep to substep once together
-    they are too strong for its length. So each is solved with the n-th part of the mass.
+    A damper is solved implicitly for the speed that its own force leaves. If n dampers act on one mass and each is
+    solved as if it were alone, they overshoot together once n of them are too strong for the substep, and oscillate
+    from substep to substep. So each is solved with an n-th of the mass.
     """
     return max(max(a.pressing if a.still == 0 else 1, b.pressing if b.still == 0 else 1), 1)
 

@@ -18,7 +18,7 @@ import numpy as np
 from contactlaw.jit import address_of, compiling
 
 # Functions that `supply` makes, as places in `TABLE`
-STEP, LAST, SPIN, ALONG, READ, SLEEP, STOP_COASTING, COAST, START_COASTING, ROLL = range(10)
+STEP, IMPLICIT, SPIN, ALONG, READ, SLEEP, STOP_COASTING, COAST, START_COASTING, ROLL = range(10)
 # Further places: `_supply`; whether an exception is pending; Py_AddPendingCall, PyObject_IsTrue and `PENDING_ERROR`
 ASK, PENDING, ADD_CALL, IS_TRUE, ERROR_OBJECT = range(10, 15)
 
@@ -32,13 +32,13 @@ def supply(what: int) -> int:
     from contactlaw.world import sleep, state, step
     from contactlaw.world.contacts import coasting, elliptic, rolling, spinning
     from contactlaw.world.data import call
-    from contactlaw.world.implicit import step as lasting
+    from contactlaw.world.implicit import step as implicit_step
 
     # what is announced, compile time [s], functions; the one asked for comes last, so that it implies the others
     made: dict[int, tuple[str, int, list[Any]]] = {
         STEP: ("", 0, [(STEP, step.step_once, call.A_STEP)]),
         READ: ("states that are set back", 2, [(READ, state.read_at, call.A_READ)]),
-        LAST: ("contacts that last", 8, [(LAST, lasting.let_last, call.ON_WORLD)]),
+        IMPLICIT: ("persistent contacts", 8, [(IMPLICIT, implicit_step.take_implicit_steps, call.ON_WORLD)]),
         ALONG: ("elliptic contacts", 2, [(ALONG, elliptic.advance_elliptic, call.ALONG)]),
         SLEEP: ("bodies that fall asleep", 1, [(SLEEP, sleep.sleep_if_balanced, call.ON_ISLAND)]),
         ROLL: ("rolling resistance", 1, [(ROLL, rolling.advance_rolling, call.ROLLS)]),

@@ -1,6 +1,6 @@
-"""Which islands may take an implicit step, and whether one that was found may stand.
+"""Which islands may take an implicit step, and whether a solved step is accepted.
 
-See `implicit.step`: nothing strikes in them, and no contact does within the step what is a matter of when.
+No contact may strike, part or begin to stick within an implicit step, as these depend on the time when they happen.
 """
 
 from __future__ import annotations
@@ -22,14 +22,17 @@ from contactlaw.world.data.records import DISC, NEVER, SIDE
 from contactlaw.world.data.vec import cross, dot, load, norm, sub, to_body, to_world
 from contactlaw.world.shapes.core import CROWN
 
-WHIRL = 0.01  # [rad], by which the deepest point of a disc may run round it in such a step
-GAINED = 1e-6  # of its energy, what rounding and a step of second order may add to an island
-LARGEST_TURN = 0.1  # [rad] of a body with shapes off its centre, in such a step
+MAX_WHIRL = 0.01  # [rad] by which the deepest point of a disc may run round its rim in an implicit step
+ENERGY_GAIN = 1e-6  # of an island's energy: what rounding and the error of a second-order step may add
+LARGEST_TURN = 0.1  # [rad] of a body with shapes off its centre in an implicit step
 
 
 @jit_inside
-def is_lasting(w, bodies, pairs):
-    """Whether contacts of an island are closed, and nothing strikes within the step; numbers its unknowns."""
+def is_persistent(w, bodies, pairs):
+    """Return whether an island has closed contacts and nothing strikes in it within the step.
+
+    Numbers its unknowns, and sets `active` of bodies that closed contacts press on.
+    """
     unknowns = 0
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
@@ -65,12 +68,12 @@ def is_lasting(w, bodies, pairs):
 
 @jit_inside
 def strikes(w, p):
-    """Whether a pair strikes within the step, or is none that lasts."""
+    """Return whether a pair strikes within the step, or has a contact that an implicit step cannot take."""
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     if p.closed == 0:
         if p.gap < 0.0 and -p.gap > TOUCHING * radius_of(w, p):
-            return True  # it is to be found so, see `touch.begin_contact`
-        closing, gap, push = max(p.closing, 0.0), max(p.gap, 0.0), push_between(p, a, b)
+            return True  # so that `touch.begin_contact` treats the overlap as an initial one
+        closing, gap, push = max(p.closing, 0.0), max(p.gap, 0.0), max_push(p, a, b)
         return time_to_close(gap, p.closing, push) < w.step and closing * closing + 2.0 * push * gap > 0.0
     c = contact_at(w.contacts, p.slot)
     if has_rigid_friction(w, c) or not stays_closed(c, a, b):
@@ -79,8 +82,11 @@ def strikes(w, p):
 
 
 @jit_inside
-def push_between(p, a, b):
-    """Closing acceleration [m/s^2] of an open pair, at most: loads do not move what is pressed against others."""
+def max_push(p, a, b):
+    """Return a bound on the closing acceleration [m/s^2] of an open pair.
+
+    Bodies with a closed contact count as not accelerated by their loads, which the contact carries.
+    """
     held_a, held_b = a.active != 0 or a.still != 0, b.active != 0 or b.still != 0
     if held_a:
         return 0.0 if held_b else norm(load(b.acceleration))
@@ -89,36 +95,47 @@ def push_between(p, a, b):
 
 @jit_inside
 def whirls(s, a, n, spin, time):
-    """Whether the deepest point of a disc runs round it: n', see `disc`, turns in a time by more than WHIRL."""
+    """Return whether the deepest point of a disc runs round its rim by more than MAX_WHIRL in a time [s].
+
+    It is where the normal's component in the plane of the disc points, see `shapes.disc`. That direction turns the
+    faster, the flatter the disc lies.
+    """
     if s.kind != DISC and s.kind != SIDE:
         return False
     axis = to_world(a.axes, load(s.normal))
     flat = 2.0 * CROWN * s.radius / norm(load(s.half))
-    return norm(cross(spin, axis)) * time > WHIRL * max(norm(cross(n, axis)), flat)
+    return norm(cross(spin, axis)) * time > MAX_WHIRL * max(norm(cross(n, axis)), flat)
 
 
 @jit_inside
-def is_held(w, bodies, pairs):
-    """Whether joints hold bodies of an island, and no contact of it slides as a whole: one stage then."""
-    trees = 0
-    for i in range(bodies):
-        trees += 1 if body_at(w.bodies, whole_at(w.island_bodies, i)).tree != 0 else 0
-    for i in range(pairs if trees > 0 else 0):
+def takes_one_stage(w, bodies, pairs):
+    """Return whether an island takes one stage: it has a tree, and no contact slides as a whole."""
+    if not has_tree(w, bodies):
+        return False
+    for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed != 0 and slips_fully(contact_at(w.contacts, p.slot).touch):
             return False
-    return trees > 0
+    return True
+
+
+@jit_inside
+def has_tree(w, bodies):
+    """Return whether an island has bodies of a tree."""
+    out = False
+    for i in range(bodies):
+        out = out or body_at(w.bodies, whole_at(w.island_bodies, i)).tree != 0
+    return out
 
 
 @jit_inside
 def is_steady(w, bodies, pairs):
-    """Whether no contact of an island moves along its normal as it begins the step: its forces hardly change then.
+    """Return whether no contact of an island moves along its normal at the start of the step: its force hardly changes.
 
-    Not with joints: what actuators and they make of free bodies is no place to look first.
+    False for islands with trees, where actuators and joints make the forces at the start a bad first guess.
     """
-    for i in range(bodies):
-        if body_at(w.bodies, whole_at(w.island_bodies, i)).tree != 0:
-            return False
+    if has_tree(w, bodies):
+        return False
     for i in range(pairs):
         r = row_at(w.rows, i)
         if r.slot >= 0 and not is_quasi_static(contact_at(w.contacts, r.slot), 1.0):
@@ -127,8 +144,8 @@ def is_steady(w, bodies, pairs):
 
 
 @jit_inside
-def changes(w, pairs):
-    """Whether a contact parts in the step, or comes to stick that slid or spun as a whole: when that is matters."""
+def changes_regime(w, pairs):
+    """Return whether a contact parts, or begins to stick after sliding or spinning as a whole."""
     for i in range(pairs):
         r = row_at(w.rows, i)
         if r.slot >= 0 and r.fresh == 0:
@@ -147,9 +164,10 @@ def changes(w, pairs):
 
 @jit_inside
 def energy(w, bodies, pairs):
-    """Energy [J] of an island: of its motion, of its contacts, and of what loads have done since the step began.
+    """Return the energy [J] of an island: kinetic and stored in contacts, less the work of loads since the step began.
 
-    The second result is the sum of their sizes; infinite where joints do work, or bodies that nothing can push.
+    The second result is the sum of the absolute values of these terms; NEVER for islands with trees or moving kinematic
+    bodies, as joints, or the drives of these bodies, do work.
     """
     total, size = 0.0, 0.0
     for i in range(bodies):

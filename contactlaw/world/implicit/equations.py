@@ -1,8 +1,8 @@
-"""A system of equations in the velocities of an island, H x = r: small, and dense within its envelope.
+"""Linear equations H x = r in the velocities of an island, solved within the envelope of H.
 
-The envelope is what lies between the diagonal and the first entry of a row, or of the column of the same number, that
-is not zero; the factors L U = H have no entry outside of it (George & Liu, Computer Solution of Large Sparse Positive
-Definite Systems, 1981, chapter 4), so that a chain of bodies costs as much as it is long.
+The envelope of a row reaches from its first entry that is not zero, or that of the column of the same number, to the
+diagonal. The factors L U = H have no entries outside of it (George & Liu, Computer Solution of Large Sparse Positive
+Definite Systems, 1981, chapter 4), so that the cost of a chain of bodies is proportional to its length.
 """
 
 from __future__ import annotations
@@ -10,43 +10,53 @@ from __future__ import annotations
 from contactlaw.jit import jit_inside
 from contactlaw.world.trees.kinematics import vector
 
-LARGEST = 128  # unknowns at most: beyond them substeps are cheaper
-RIGHT, VELOCITY, BEGUN, BEFORE, FREE, ACCELERATION, NORMAL, SIDE_U, SIDE_V, TURN, FIRST = range(11)  # see `part`
+LARGEST = 128  # unknowns; for larger islands substeps are cheaper
+# Numbers of vectors, see `vector_of`
+RIGHT_SIDE, VELOCITY, START_VELOCITY, DISPLACEMENT, FREE_VELOCITY, ACCELERATION = range(6)
+JACOBIAN_N, JACOBIAN_U, JACOBIAN_V, JACOBIAN_SPIN, ENVELOPE = range(6, 11)
+VECTORS = ENVELOPE + 1
 
 
 def room_for(unknowns):
-    """Shape of the room for the equations of so many unknowns: the matrix, and the vectors as rows below it."""
+    """Return the shape of the working memory for so many unknowns: H, the vectors as rows below it, then M."""
     size = min(unknowns, LARGEST)
-    return 2 * size + 11, size
+    return 2 * size + VECTORS, size
 
 
 @jit_inside
 def matrix(w):
-    """H, and then its factors; shape (unknown_room, unknown_room)."""
+    """Return H, later its factors, shape (unknown_room, unknown_room)."""
     return vector(w.equations, (w.unknown_room, w.unknown_room))
 
 
 @jit_inside
-def masses(w):
-    """M of the bodies, which lies within the envelope that they begin."""
-    return vector(w.equations + 8 * w.unknown_room * (w.unknown_room + 11), (w.unknown_room, w.unknown_room))
+def mass_matrix(w):
+    """Return M, the mass matrix of the bodies, shape (unknown_room, unknown_room); it lies within the envelope."""
+    return vector(mass_address(w, 0), (w.unknown_room, w.unknown_room))
 
 
 @jit_inside
-def part(w, number):
-    """A vector of so many unknowns, by its number.
+def mass_address(w, i):
+    """Return the address of the diagonal entry of M of unknown i."""
+    return w.equations + 8 * (i + w.unknown_room * (w.unknown_room + VECTORS + i))
 
-    RIGHT: r, and then x. VELOCITY: at the end of a stage; BEGUN: of the step's start; FREE: of a stage without
-    contacts. BEFORE: displacements before a stage. ACCELERATION. NORMAL, SIDE_U, SIDE_V, TURN: rows of a Jacobian.
-    FIRST: where the envelope of a row begins.
+
+@jit_inside
+def vector_of(w, number):
+    """Return one of the vectors, by its number; shape (unknown_room,).
+
+    RIGHT_SIDE: r, later the solution x. VELOCITY: V at the end of a stage. START_VELOCITY: v at the start of the step.
+    DISPLACEMENT: of the bodies before a stage. FREE_VELOCITY: at the end of a stage without contacts. ACCELERATION: of
+    the bodies without contacts. JACOBIAN_N, _U, _V, _SPIN: rows of Jacobians of one contact: along its normal, along
+    both tangents, about the normal. ENVELOPE: the first column of each row's envelope.
     """
     return vector(w.equations + 8 * w.unknown_room * (w.unknown_room + number), w.unknown_room)
 
 
 @jit_inside
 def factorise(w):
-    """H becomes L and U, without a choice of pivots: masses make them."""
-    h, first = matrix(w), part(w, FIRST)
+    """Replace H by its factors L and U. Pivots are not chosen: masses keep them from zero."""
+    h, first = matrix(w), vector_of(w, ENVELOPE)
     for i in range(w.unknowns):
         start = int(first[i])
         for j in range(start, i):
@@ -62,8 +72,8 @@ def factorise(w):
 
 @jit_inside
 def substitute(w):
-    """The right side becomes the solution."""
-    h, first, x = matrix(w), part(w, FIRST), part(w, RIGHT)
+    """Replace the right side by the solution."""
+    h, first, x = matrix(w), vector_of(w, ENVELOPE), vector_of(w, RIGHT_SIDE)
     for i in range(w.unknowns):
         for k in range(int(first[i]), i):
             x[i] -= h[i, k] * x[k]

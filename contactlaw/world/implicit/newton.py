@@ -1,10 +1,12 @@
-"""The equations of an implicit step: masses, and contacts as they are where the bodies have been put.
+"""Newton's method for a stage of an implicit step: residual and matrix, with contacts as they are where the bodies are.
 
-With J_n, J_u, J_v the velocities of A over B along a contact's normal and tangents, by those of the bodies, its forces
-P, F, G and their slopes K (`force.slopes`), a step of Newton's method for a stage of b seconds is
+J_n, J_u and J_v map the velocities of the bodies to those of A over B along a contact's normal and tangents. With its
+forces P, F, G and their slopes K (`force.slopes`), an iteration for a stage of b seconds solves
 
     (M + b^2 [J_n K_pp J_n^T + sum over F, G of J_u (K_fu J_u^T + K_fv J_v^T - K_fp J_n^T)]) dV
         = -M (V - V_free) + b (P J_n - F J_u - G J_v)
+
+and likewise with the moments of contacts.
 """
 
 from __future__ import annotations
@@ -33,43 +35,44 @@ from contactlaw.world.data.call import call_with_body, call_with_vectors
 from contactlaw.world.data.records import BOX, EDGE, NEVER, SEGMENT
 from contactlaw.world.data.vec import ZERO, add, cross, dot, load, scale, store, sub, to_body
 from contactlaw.world.implicit.equations import (
-    FIRST,
-    FREE,
-    NORMAL,
-    RIGHT,
-    SIDE_U,
-    SIDE_V,
-    TURN,
+    ENVELOPE,
+    FREE_VELOCITY,
+    JACOBIAN_N,
+    JACOBIAN_SPIN,
+    JACOBIAN_U,
+    JACOBIAN_V,
+    RIGHT_SIDE,
     VELOCITY,
-    masses,
+    mass_address,
+    mass_matrix,
     matrix,
-    part,
+    vector_of,
 )
 from contactlaw.world.shapes.core import CROWN
 from contactlaw.world.shapes.geometry import centre, half_axis, meet_near
 from contactlaw.world.trees.kinematics import vector
 
-FOUND = 1e-9  # of its overlap, and across of its slide too, that a contact may still move
-SLID = 1e-7  # the same along the normal, where it slides as a whole, of mu times its slide: of what friction takes
-SQUARE = 10.8  # times overlap * mass / force, the square of an impact's time: who sleeps hardly moves in that
-INNER = 1.0 - 1e-9  # of the cosine of a normal to a face's, and of a half length, from where it is none of the end's
-ROUNDING = 4e-15  # of a place along the normal, the same
+# Tolerances: how far a contact may still move between two iterations
+CONVERGED = 1e-9  # of its overlap; across the normal of its slide, too
+SLIDE_CONVERGED = 1e-7  # along the normal of a contact that slides as a whole: of mu times its slide
+ROUNDING = 4e-15  # of the positions of its bodies along the normal
+IMPACT_SQUARED = 10.8  # duration of an impact squared, times force / (overlap * mass); islands sleep by motion in that
+INSIDE = 1.0 - 1e-9  # of a half length, and of the cosine of a normal to a face's: within them a side lies on the face
 
 
 @jit_inside
-def begin_equations(w, bodies, stage):
-    """Masses and moments of inertia, and the momenta that bodies have too little."""
-    m, right = masses(w), part(w, RIGHT)
-    velocity, free = part(w, VELOCITY), part(w, FREE)
+def begin_residual(w, bodies, stage):
+    """Write the mass matrix and the residual of a stage [s] without contacts: M (V_free - V), and damping in trees."""
+    m, right = mass_matrix(w), vector_of(w, RIGHT_SIDE)
+    velocity, free = vector_of(w, VELOCITY), vector_of(w, FREE_VELOCITY)
     for k in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, k))
-        count, o = freedoms(b), b.unknown
+        count, o = velocity_count(b), b.unknown
         if b.tree != 0:
             if b.member != 0:
                 continue
             t = tree_at(b.tree, 0)
-            place = o + w.unknown_room * (w.unknown_room + 11 + o)
-            t.weights, t.stride, t.stage = w.equations + 8 * place, w.unknown_room, stage
+            t.weights, t.stride, t.stage = mass_address(w, o), w.unknown_room, stage
         for i in range(o, o + count):
             right[i] = 0.0
             for j in range(o, o + count):
@@ -77,7 +80,7 @@ def begin_equations(w, bodies, stage):
         if b.tree != 0:
             call_with_body(tree_at(b.tree, 0).write_masses, b)
         elif count > 0:
-            weigh(b, m)
+            add_inertia(b, m)
         for i in range(o, o + count):
             for j in range(o, o + count):
                 right[i] += m[i, j] * (free[j] - velocity[j])
@@ -90,32 +93,32 @@ def begin_equations(w, bodies, stage):
 
 @jit_inside
 def begin_matrix(w, bodies):
-    """H without contacts."""
-    h, m, first = matrix(w), masses(w), part(w, FIRST)
+    """Set H to the mass matrix, and the envelope to that of M."""
+    h, m, first = matrix(w), mass_matrix(w), vector_of(w, ENVELOPE)
     for k in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, k))
         if b.tree != 0 and b.member != 0:
             continue
         o = b.unknown
-        for i in range(o, o + freedoms(b)):
+        for i in range(o, o + velocity_count(b)):
             first[i] = o
             for j in range(w.unknowns):
                 h[i, j] = 0.0
-            for j in range(o, o + freedoms(b)):
+            for j in range(o, o + velocity_count(b)):
                 h[i, j] = m[i, j]
 
 
 @jit_inside
-def freedoms(b):
-    """How many velocities are those of a body, or of its tree."""
+def velocity_count(b):
+    """Return how many unknowns are those of a body, or of its tree."""
     if b.unknown < 0:
         return 0
     return 6 if b.tree == 0 else tree_at(b.tree, 0).v_size
 
 
 @jit_inside
-def weigh(b, m):
-    """Mass and moments of inertia of a body that is free."""
+def add_inertia(b, m):
+    """Add the mass and the moments of inertia of a free body to M."""
     axes, o = b.axes, b.unknown
     for i in range(3):
         m[o + i, o + i] = 1.0 / b.inverse_mass
@@ -125,16 +128,17 @@ def weigh(b, m):
 
 
 @jit_inside
-def rounded(n, b):
-    """Size [m] of the numbers whose rounding an overlap along n has from the place of a body."""
+def rounding_scale(n, b):
+    """Return the size [m] of the position's terms along n, whose rounding enters the overlap of a body's contacts."""
     return abs(n[0] * b.position[0]) + abs(n[1] * b.position[1]) + abs(n[2] * b.position[2])
 
 
 @jit_inside
-def look_at(w, r, stage):
-    """Ask the law of a row where the bodies are, and enter its force; returns whether it has moved since the last look.
+def evaluate_contact(w, r, stage):
+    """Evaluate the contact of a row at the bodies' places, and add its impulse over a stage [s] to the residual.
 
-    The second result is a velocity [m/s] by which it may still move.
+    An open pair that overlaps there is closed. Returns whether the contact has moved by more than its tolerance since
+    the last iteration, and the velocity [m/s] that corresponds to this tolerance.
     """
     p = near_at(w.near, r.near)
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
@@ -156,28 +160,28 @@ def look_at(w, r, stage):
     store(r.slide, slide)
     r.closing = -dot(u, n)
     t.closing = r.closing
-    rounding = ROUNDING * (rounded(n, a) + rounded(n, b))
-    if t.overlap <= 0.0:  # a contact that has just come open in the search is none that has been found
+    rounding = ROUNDING * (rounding_scale(n, a) + rounding_scale(n, b))
+    if t.overlap <= 0.0:  # opened by this iteration, so not converged unless it hardly moves
         t.force, t.f, t.g = 0.0, 0.0, 0.0
-        return along > rounding - FOUND * t.overlap, NEVER
+        return along > rounding - CONVERGED * t.overlap, NEVER
     advance_from_saved(w, c, r.slot, load(c.moved), slide)
     law = law_of(w, pair_at(w.pairs, c.pair))
     if law.rolling != 0.0:
         turning = sub(load(a.spin), load(b.spin))
         advance_rolling(w, c, (dot(turning, e), dot(turning, f)))
     impulse, moment = scale(stage, force_of(c)), scale(stage, moment_of(c))
-    push(a, impulse, sub(cross(arm_a, impulse), moment), part(w, RIGHT))
-    push(b, scale(-1.0, impulse), sub(moment, cross(arm_b, impulse)), part(w, RIGHT))
-    pace = min(stage * stage * t.force / (SQUARE * t.overlap * t.mass), 1.0)
+    add_generalised_force(a, impulse, sub(cross(arm_a, impulse), moment), vector_of(w, RIGHT_SIDE))
+    add_generalised_force(b, scale(-1.0, impulse), sub(moment, cross(arm_b, impulse)), vector_of(w, RIGHT_SIDE))
+    pace = min(stage * stage * t.force / (IMPACT_SQUARED * t.overlap * t.mass), 1.0)
     slid = stage * sqrt(slide[0] * slide[0] + slide[1] * slide[1])
     taken = min(t.friction * slid, t.overlap) if slips_fully(t) else 0.0
-    least = FOUND * pace * t.overlap + SLID * taken + rounding
-    return not (along <= least and across <= least + FOUND * slid), least / stage  # NaN has moved
+    tolerance = CONVERGED * pace * t.overlap + SLIDE_CONVERGED * taken + rounding
+    return not (along <= tolerance and across <= tolerance + CONVERGED * slid), tolerance / stage  # NaN has moved
 
 
 @jit_inside
-def enter(w, r, stage):
-    """Enter by how much the forces of a row change."""
+def add_stiffness(w, r, stage):
+    """Add the slopes of a contact's forces to H, for a stage [s]."""
     if r.slot < 0:
         return
     c = contact_at(w.contacts, r.slot)
@@ -187,88 +191,105 @@ def enter(w, r, stage):
     k = slopes(w, c, r.slot, load(c.moved), load(r.slide), stage)
     n, e = load(c.normal), load(c.tangent)
     f = cross(n, e)
-    count_a = freedoms(a)
-    count_b = freedoms(b) if a.unknown != b.unknown else 0  # they may be of one tree
-    for number, direction in ((NORMAL, n), (SIDE_U, e), (SIDE_V, f), (TURN, n)):
-        row = empty_row(w, number, a, b)
-        if number != TURN:
-            push(a, direction, cross(load(c.arm_a), direction), row)
-            push(b, scale(-1.0, direction), cross(direction, load(c.arm_b)), row)
+    count_a = velocity_count(a)
+    count_b = velocity_count(b) if a.unknown != b.unknown else 0  # they may be of one tree
+    for number, direction in ((JACOBIAN_N, n), (JACOBIAN_U, e), (JACOBIAN_V, f), (JACOBIAN_SPIN, n)):
+        row = clear_row(w, number, a, b)
+        if number != JACOBIAN_SPIN:
+            add_generalised_force(a, direction, cross(load(c.arm_a), direction), row)
+            add_generalised_force(b, scale(-1.0, direction), cross(direction, load(c.arm_b)), row)
         elif k[7] != 0.0:
-            push(a, ZERO, n, row)
-            push(b, ZERO, scale(-1.0, n), row)
-    h, first = matrix(w), part(w, FIRST)
-    jn, ju, jv, js = part(w, NORMAL), part(w, SIDE_U), part(w, SIDE_V), part(w, TURN)
+            add_generalised_force(a, ZERO, n, row)
+            add_generalised_force(b, ZERO, scale(-1.0, n), row)
+    h, first = matrix(w), vector_of(w, ENVELOPE)
+    jn, ju = vector_of(w, JACOBIAN_N), vector_of(w, JACOBIAN_U)
+    jv, js = vector_of(w, JACOBIAN_V), vector_of(w, JACOBIAN_SPIN)
     square = stage * stage
     lowest = min(a.unknown if count_a > 0 else b.unknown, b.unknown if count_b > 0 else a.unknown)
     for p in range(count_a + count_b):
-        i = a.unknown + p if p < count_a else b.unknown + p - count_a
+        i = index_of(a, b, count_a, p)
         first[i] = min(first[i], lowest)
         by_n = square * (k[0] * jn[i] - k[1] * ju[i] - k[2] * jv[i])
         by_u = square * (k[3] * ju[i] + k[4] * jv[i])
         by_v = square * (k[5] * ju[i] + k[6] * jv[i])
         by_s = square * k[7] * js[i]
         for q in range(count_a + count_b):
-            j = a.unknown + q if q < count_a else b.unknown + q - count_a
+            j = index_of(a, b, count_a, q)
             h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j] + by_s * js[j]
+    add_moments(w, c, a, b, stage)
+
+
+@jit_inside
+def add_moments(w, c, a, b, stage):
+    """Add to H the slopes of moments by angles: rolling resistance, and a side over a face of a box; stage [s]."""
+    square = stage * stage
     law = law_of(w, pair_at(w.pairs, c.pair))
     if law.rolling != 0.0:
         resistance = rolling_resistance(w, c)
         k = square * stiffness(c.touch, resistance) + stage * rolling_dashpot(w, c, resistance)
         left = c.rolled[2]
         along, across = rolling_axes(c)
-        enter_turning(w, a, b, along, scale(k if left == 1.0 else 0.0, along))
-        enter_turning(w, a, b, across, scale(k * left, across))
+        add_moment_stiffness(w, a, b, along, scale(k if left == 1.0 else 0.0, along))
+        add_moment_stiffness(w, a, b, across, scale(k * left, across))
     sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
     if (sa.kind == SEGMENT or sa.kind == EDGE) and sb.kind == BOX:
         u, way = crown_over_face(sa, a, sb, b, c)
-        enter_turning(w, a, b, cross(n, u), scale(square * way, cross(force_of(c), u)))
+        add_moment_stiffness(w, a, b, cross(load(c.normal), u), scale(square * way, cross(force_of(c), u)))
 
 
 @jit_inside
-def empty_row(w, number, a, b):
-    """A row of a Jacobian without entries for two bodies."""
-    row = part(w, number)
+def index_of(a, b, count_a, p):
+    """Return the index of the unknown that is entry p of those of A, `count_a` in number, and then of B."""
+    return a.unknown + p if p < count_a else b.unknown + p - count_a
+
+
+@jit_inside
+def clear_row(w, number, a, b):
+    """Return a row of a Jacobian with its entries for two bodies set to zero."""
+    row = vector_of(w, number)
     for one in (a, b):
-        for p in range(freedoms(one)):
+        for p in range(velocity_count(one)):
             row[one.unknown + p] = 0.0
     return row
 
 
 @jit_inside
-def enter_turning(w, a, b, axis, moment):
-    """Enter by how much a moment on B grows with the angle of A over B about an axis across the normal; times b^2."""
+def add_moment_stiffness(w, a, b, axis, moment):
+    """Add to H a moment on B that grows with the angle of A over B about an axis across the normal.
+
+    moment: its slope with the angle, times b^2.
+    """
     if dot(moment, moment) == 0.0:
         return
-    h, row, column = matrix(w), empty_row(w, TURN, a, b), empty_row(w, NORMAL, a, b)
-    count_a = freedoms(a)
-    count_b = freedoms(b) if a.unknown != b.unknown else 0
+    h, row, column = matrix(w), clear_row(w, JACOBIAN_SPIN, a, b), clear_row(w, JACOBIAN_N, a, b)
+    count_a = velocity_count(a)
+    count_b = velocity_count(b) if a.unknown != b.unknown else 0
     for one, sign in ((a, 1.0), (b, -1.0)):
-        push(one, ZERO, scale(sign, axis), row)
-        push(one, ZERO, scale(sign, moment), column)
+        add_generalised_force(one, ZERO, scale(sign, axis), row)
+        add_generalised_force(one, ZERO, scale(sign, moment), column)
     for p in range(count_a + count_b):
-        i = a.unknown + p if p < count_a else b.unknown + p - count_a
+        i = index_of(a, b, count_a, p)
         for q in range(count_a + count_b):
-            j = a.unknown + q if q < count_a else b.unknown + q - count_a
+            j = index_of(a, b, count_a, q)
             h[i, j] += column[i] * row[j]
 
 
 @jit_inside
 def crown_over_face(sa, a, sb, b, c):
-    """Along a side or an edge over a face of a box: a unit vector, and how far [m/rad] its contact moves as it tilts.
+    """Return the direction of a side or an edge over a face of a box, and how far its contact moves with tilt [m/rad].
 
-    That is the radius of its crown, of many metres, see `core.deepest_on_line`; zero at its ends and beside the face.
+    The latter is the radius of its crown, many metres, see `core.deepest_on_line`; zero at its ends and off the face.
     """
     u, n = half_axis(sa, a), to_body(sb.axes, to_body(b.axes, load(c.normal)))
     square = dot(u, u)
-    inside = abs(dot(sub(load(c.arm_a), centre(sa, a)), u)) < INNER * square
-    flat = max(abs(n[0]), abs(n[1]), abs(n[2])) > INNER
+    inside = abs(dot(sub(load(c.arm_a), centre(sa, a)), u)) < INSIDE * square
+    flat = max(abs(n[0]), abs(n[1]), abs(n[2])) > INSIDE
     return scale(1.0 / sqrt(square), u), square / (2.0 * CROWN * sa.radius) if inside and flat else 0.0
 
 
 @jit_inside
-def push(b, force, moment, row):
-    """Add J^T (p, m) to a row, of a force on a body and a moment about its centre of mass."""
+def add_generalised_force(b, force, moment, row):
+    """Add J^T (p, m) to a row: a force p on a body and a moment m about its centre of mass."""
     o = b.unknown
     if o < 0:
         return

@@ -1,18 +1,17 @@
-"""What lasts: an island in which nothing strikes takes one implicit step.
+"""Implicit steps of islands of persistent contacts, in which nothing strikes.
 
-Contacts that carry a load are a hundred times stiffer than the engine's step can follow, and nothing that they do
-within it matters. The velocities V of the bodies at the end of a stage of b seconds satisfy
+The step of an engine is far too long to resolve the vibrations of contacts that carry a load, and these do not matter.
+The velocities V of the bodies at the end of a stage of b seconds satisfy
 
     M (V - v) = b (M a + J^T F(X, V))        X = x + b V
 
-with contacts where the bodies are then. Two such stages, b = (1 - 1/sqrt 2) h, make a step of second order that damps
-what is stiff (Alexander, SIAM J. Numer. Anal. 14 (1977), the method S2): what slides or rolls under a constant load
-goes where it should, what swings comes to rest. They are solved by Newton's method, whose factors stay while they
-serve; momentum is kept by each of its steps. Nothing is changed where it does not converge.
+with the contact forces F where the bodies are then. Two such stages, b = (1 - 1/sqrt 2) h, make a step of second order
+that damps what is stiff (Alexander, SIAM J. Numer. Anal. 14 (1977), the method S2): bodies that slide or roll under a
+constant load move correctly, vibrations decay. Newton's method solves a stage; it keeps the factors of its matrix while
+it converges well, and each iteration conserves momentum. If it does not converge, nothing is changed.
 
-Where joints hold bodies, forces on these stay what they are as the step begins, and what swings would gain
-omega^2 h/2 of its energy a second. One stage b = h, which keeps it as engines do, takes the place of both unless
-something slides.
+In trees, forces in the joints are those of the start of the step. Two stages would then add omega^2 h/2 of its energy a
+second to a vibration. One stage b = h, which keeps that energy as engines do, replaces them unless a contact slides.
 """
 
 from __future__ import annotations
@@ -41,47 +40,57 @@ from contactlaw.world.data.access import (
 from contactlaw.world.data.call import call_with_body
 from contactlaw.world.data.records import NEVER, PAUSE_LIMIT
 from contactlaw.world.data.vec import add, axpy, cross, load, load4, norm, product, rotation_vector, scale, store, sub
-from contactlaw.world.implicit.acceptance import GAINED, changes, energy, is_held, is_lasting, is_steady
+from contactlaw.world.implicit.acceptance import (
+    ENERGY_GAIN,
+    changes_regime,
+    energy,
+    is_persistent,
+    is_steady,
+    takes_one_stage,
+)
 from contactlaw.world.implicit.equations import (
     ACCELERATION,
-    BEFORE,
-    BEGUN,
-    FREE,
-    RIGHT,
+    DISPLACEMENT,
+    FREE_VELOCITY,
+    RIGHT_SIDE,
+    START_VELOCITY,
     VELOCITY,
     factorise,
-    masses,
-    part,
+    mass_matrix,
     substitute,
+    vector_of,
 )
-from contactlaw.world.implicit.newton import begin_equations, begin_matrix, enter, look_at
-from contactlaw.world.island import members
+from contactlaw.world.implicit.newton import add_stiffness, begin_matrix, begin_residual, evaluate_contact
+from contactlaw.world.island import list_members
 from contactlaw.world.sleep import fall_asleep, wake
 from contactlaw.world.trees.kinematics import vector
-from contactlaw.world.window import activate, link
+from contactlaw.world.window import activate, list_islands
 
-SHARE = 1.0 - sqrt(0.5)  # of the step, a stage
-LOOKS, FACTORED = 25, 12  # steps of Newton's method, and factorisations, at most: who needs more hardly ever gets there
-CHORD = 0.1  # of what was missing, left by a step: as long as it is less, the factors stay
+GAMMA = 1.0 - sqrt(0.5)  # length of a stage, as a share of the step
+MAX_ITERATIONS, MAX_FACTORISATIONS = 25, 12  # of Newton's method in a stage; steps that need more hardly ever converge
+CONTRACTION = 0.1  # ratio of successive residuals up to which the factors of the matrix are kept
 
 
-def let_last(w):
-    """Take islands of contacts that last through the step; returns whether there are any."""
+def take_implicit_steps(w):
+    """Take islands of persistent contacts through the step, each by one implicit step; return whether there are any."""
     while activate(w, 0.0, w.step):
         wake(w, 0.0)
-    link(w)
+    list_islands(w)
     some = False
     for k in range(w.islands):
-        bodies, pairs = members(w, whole_at(w.roots, k))
-        if tries(w, bodies) and is_lasting(w, bodies, pairs) and last(w, bodies, pairs):
+        bodies, pairs = list_members(w, whole_at(w.roots, k))
+        if is_due(w, bodies) and is_persistent(w, bodies, pairs) and take_step(w, bodies, pairs):
             fall_asleep(w, bodies, pairs)
             some = True
     return some
 
 
 @jit_inside
-def tries(w, bodies):
-    """Whether an island is to be tried: where none was found, it waits, each time about twice as many steps."""
+def is_due(w, bodies):
+    """Return whether an implicit step is to be tried with an island, and count down the pauses of its bodies.
+
+    After each failure to converge the island pauses for about twice as many steps as after the one before.
+    """
     now = True
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
@@ -92,60 +101,75 @@ def tries(w, bodies):
 
 
 @jit_inside
-def last(w, bodies, pairs):
-    """Take the step with an island of lasting contacts; returns whether it was found."""
-    stages = 1 if is_held(w, bodies, pairs) else 2
-    begin(w, bodies, pairs)
+def take_step(w, bodies, pairs):
+    """Take one implicit step with an island; return whether it was solved and accepted.
+
+    If not, bodies and contacts are as before.
+    """
+    stages = 1 if takes_one_stage(w, bodies, pairs) else 2
+    stage = GAMMA * w.step if stages == 2 else w.step
+    begin_step(w, bodies, pairs)
     before, _ = energy(w, bodies, pairs)
-    stage = SHARE * w.step if stages == 2 else w.step
-    launch(w, stage, 0.0)
-    steady = is_steady(w, bodies, pairs)
-    if steady:
-        go_on(w, bodies, pairs, stage)
-    solved = solve(w, bodies, pairs, stage, stage)
-    if solved and stages == 2:
-        add_impulses(w, pairs, w.step - stage)
-        launch(w, stage, w.step - stage)
-        if steady:
-            velocity, begun = part(w, VELOCITY), part(w, BEGUN)
-            for i in range(w.unknowns):
-                velocity[i] += (w.step / stage - 1.0) * (velocity[i] - begun[i])
-        solved = solve(w, bodies, pairs, stage, w.step)
-    found = solved and not changes(w, pairs)
-    if found:
+    solved = solve_stages(w, bodies, pairs, stage)
+    accepted = solved and not changes_regime(w, pairs)
+    if accepted:
         after, size = energy(w, bodies, pairs)
-        found = after - before <= GAINED * size
-    if found:
+        accepted = after - before <= ENERGY_GAIN * size
+    if accepted:
         add_impulses(w, pairs, stage)
         w.implicit += 1
     for i in range(bodies):
-        k = whole_at(w.island_bodies, i)
-        b = body_at(w.bodies, k)
-        waits = 0 if solved else min(2 * b.last_pause + 1, PAUSE_LIMIT - 1)
-        if found:
-            b.time = w.step
-            b.done = 1
-            b.touched = 1
-            b.changed = 1
-            update_momentum(b)
-        else:
-            restore_body(w, k)
-        b.pause, b.last_pause = waits, waits
-        if b.tree != 0 and b.member == 0:
-            if not found:
-                t = tree_at(b.tree, 0)
-                copy_numbers(t.start, t.q, t.q_size)
-                copy_numbers(t.start + 8 * t.q_size, t.v, t.v_size)
-            settle(b)
+        finish_body(w, whole_at(w.island_bodies, i), solved, accepted)
     for i in range(pairs):
-        end(w, row_at(w.rows, i), found)
-    return found
+        finish_contact(w, row_at(w.rows, i), accepted)
+    return accepted
 
 
 @jit_inside
-def begin(w, bodies, pairs):
-    """Keep what the step starts from; begin the rows."""
-    v, a = part(w, BEGUN), part(w, ACCELERATION)
+def solve_stages(w, bodies, pairs, stage):
+    """Solve one stage if `stage` [s] is the whole step, else two; return whether Newton's method converged."""
+    begin_stage(w, stage, 0.0)
+    steady = is_steady(w, bodies, pairs)
+    if steady:
+        guess_velocities(w, bodies, pairs, stage)
+    solved = solve(w, bodies, pairs, stage, stage)
+    if not solved or stage == w.step:
+        return solved
+    add_impulses(w, pairs, w.step - stage)
+    begin_stage(w, stage, w.step - stage)
+    if steady:
+        velocity, begun = vector_of(w, VELOCITY), vector_of(w, START_VELOCITY)
+        for i in range(w.unknowns):
+            velocity[i] += (w.step / stage - 1.0) * (velocity[i] - begun[i])
+    return solve(w, bodies, pairs, stage, w.step)
+
+
+@jit_inside
+def finish_body(w, k, solved, accepted):
+    """Leave body k as it is at the end of an accepted step, or restore it; set its pause if the step was not solved."""
+    b = body_at(w.bodies, k)
+    pause = 0 if solved else min(2 * b.last_pause + 1, PAUSE_LIMIT - 1)
+    if accepted:
+        b.time = w.step
+        b.done = 1
+        b.touched = 1
+        b.changed = 1
+        update_momentum(b)
+    else:
+        restore_body(w, k)
+    b.pause, b.last_pause = pause, pause
+    if b.tree != 0 and b.member == 0:
+        if not accepted:
+            t = tree_at(b.tree, 0)
+            copy_numbers(t.start, t.q, t.q_size)
+            copy_numbers(t.start + 8 * t.q_size, t.v, t.v_size)
+        settle(b)
+
+
+@jit_inside
+def begin_step(w, bodies, pairs):
+    """Save the bodies and contacts at the start of the step, fill the vectors of unknowns, and begin the rows."""
+    v, a = vector_of(w, START_VELOCITY), vector_of(w, ACCELERATION)
     for i in range(bodies):
         k = whole_at(w.island_bodies, i)
         save_body(w, k)
@@ -164,7 +188,7 @@ def begin(w, bodies, pairs):
             store(v[b.unknown + 3 :], load(b.spin))
             store(a[b.unknown :], load(b.acceleration))
             store(a[b.unknown + 3 :], spin_rate(b, load(b.spin)))
-    velocity = part(w, VELOCITY)
+    velocity = vector_of(w, VELOCITY)
     for i in range(w.unknowns):
         velocity[i] = v[i]
     for i in range(pairs):
@@ -178,19 +202,22 @@ def begin(w, bodies, pairs):
 
 
 @jit_inside
-def launch(w, stage, before):
-    """Begin a stage, before which a time [s] has passed with the velocities of the last one."""
-    velocity, begun, free = part(w, VELOCITY), part(w, BEGUN), part(w, FREE)
-    moved, a = part(w, BEFORE), part(w, ACCELERATION)
+def begin_stage(w, stage, before):
+    """Set FREE_VELOCITY and DISPLACEMENT of a stage [s].
+
+    before: time [s] for which bodies have moved with the velocities of the previous stage, under its forces.
+    """
+    velocity, begun, free = vector_of(w, VELOCITY), vector_of(w, START_VELOCITY), vector_of(w, FREE_VELOCITY)
+    moved, a = vector_of(w, DISPLACEMENT), vector_of(w, ACCELERATION)
     for i in range(w.unknowns):
         moved[i] = before * velocity[i]
         free[i] = begun[i] + before / stage * (velocity[i] - begun[i]) + stage * a[i]
 
 
 @jit_inside
-def go_on(w, bodies, pairs, stage):
-    """Look first for what loads, and contacts as they press when the step begins, make of free bodies."""
-    velocity, a = part(w, VELOCITY), part(w, ACCELERATION)
+def guess_velocities(w, bodies, pairs, stage):
+    """Set the first guess for a stage [s]: free bodies under their loads and the contact forces at the step's start."""
+    velocity, a = vector_of(w, VELOCITY), vector_of(w, ACCELERATION)
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         if b.tree == 0 and b.unknown >= 0:
@@ -211,33 +238,33 @@ def go_on(w, bodies, pairs, stage):
 
 @jit_inside
 def solve(w, bodies, pairs, stage, time):
-    """Find the velocities at the end of a stage, and put the bodies there; returns whether they were found.
+    """Solve a stage [s] for VELOCITY and place the bodies at its end; return whether Newton's method converged.
 
-    time [s]: since the step began.
+    time: of the end of the stage [s], from the start of the step.
     """
-    velocity, change = part(w, VELOCITY), part(w, RIGHT)
-    last, factored = 0.0 if stage == time else NEVER, 0
-    for look in range(LOOKS):
+    velocity, change = vector_of(w, VELOCITY), vector_of(w, RIGHT_SIDE)  # right side until solved
+    previous, factorisations = 0.0 if stage == time else NEVER, 0  # a second stage begins with the first one's factors
+    for iteration in range(MAX_ITERATIONS):
         for i in range(bodies):
-            place(w, whole_at(w.island_bodies, i), stage, time)
-        begin_equations(w, bodies, stage)
-        moves, least = look == 0, NEVER
+            place_body(w, whole_at(w.island_bodies, i), stage, time)
+        begin_residual(w, bodies, stage)
+        moving, tolerance = iteration == 0, NEVER
         for i in range(pairs):
-            moved, slow = look_at(w, row_at(w.rows, i), stage)
-            moves, least = moved or moves, min(least, slow)
-        missing = imbalance(w)
-        if not moves or missing <= least < NEVER:
+            moved, own = evaluate_contact(w, row_at(w.rows, i), stage)
+            moving, tolerance = moved or moving, min(tolerance, own)
+        residual = residual_speed(w)
+        if not moving or residual <= tolerance < NEVER:
             return True
-        if not missing < CHORD * last:
-            if factored == FACTORED:
+        if not residual < CONTRACTION * previous:
+            if factorisations == MAX_FACTORISATIONS:
                 return False
-            factored += 1
+            factorisations += 1
             begin_matrix(w, bodies)
             for i in range(pairs):
-                enter(w, row_at(w.rows, i), stage)
+                add_stiffness(w, row_at(w.rows, i), stage)
             factorise(w)
             w.solved += 1
-        last = missing
+        previous = residual
         substitute(w)
         total = 0.0
         for i in range(w.unknowns):
@@ -249,12 +276,13 @@ def solve(w, bodies, pairs, stage, time):
 
 
 @jit_inside
-def imbalance(w):
-    """By how much [m/s] a velocity could change at most where momenta are missing, whatever contacts do.
+def residual_speed(w):
+    """Return the greatest ratio of a residual momentum to its mass or moment of inertia [m/s, rad/s].
 
-    Infinite where a force is no number: the greatest of numbers does not see that.
+    Contacts only reduce the change of velocity that the residual causes. NEVER if a force is not finite, which the
+    maximum alone would not show.
     """
-    m, right = masses(w), part(w, RIGHT)
+    m, right = mass_matrix(w), vector_of(w, RIGHT_SIDE)
     most, total = 0.0, 0.0
     for i in range(w.unknowns):
         most, total = max(most, abs(right[i]) / m[i, i]), total + right[i]
@@ -262,8 +290,8 @@ def imbalance(w):
 
 
 @jit_inside
-def place(w, k, stage, time):
-    """Put a body where its velocity takes it by the end of the stage."""
+def place_body(w, k, stage, time):
+    """Place body k where its velocity takes it by the end of the stage, `time` [s] after the start of the step."""
     b, start = body_at(w.bodies, k), saved_body(w, k)
     if b.tree != 0:
         if b.member == 0:
@@ -274,7 +302,7 @@ def place(w, k, stage, time):
         b.turned = start.turned + norm(load(b.twist))
         return
     if b.unknown >= 0:
-        velocity, before = part(w, VELOCITY)[b.unknown :], part(w, BEFORE)[b.unknown :]
+        velocity, before = vector_of(w, VELOCITY)[b.unknown :], vector_of(w, DISPLACEMENT)[b.unknown :]
         store(b.velocity, load(velocity))
         store(b.spin, load(velocity[3:]))
         store(b.shift, axpy(stage, load(velocity), load(before)))
@@ -292,9 +320,9 @@ def place(w, k, stage, time):
 
 @jit_inside
 def place_tree(w, b, stage):
-    """The same of a tree, with its first body."""
+    """Place a tree where its velocities take it by the end of the stage; b: its first body."""
     t = tree_at(b.tree, 0)
-    velocity, before = part(w, VELOCITY), part(w, BEFORE)
+    velocity, before = vector_of(w, VELOCITY), vector_of(w, DISPLACEMENT)
     v, x = vector(t.v, t.v_size), vector(t.x, t.v_size)
     for i in range(t.v_size):
         v[i] = velocity[t.unknown + i]
@@ -304,7 +332,7 @@ def place_tree(w, b, stage):
 
 @jit_inside
 def add_impulses(w, pairs, time):
-    """Count the impulses of contacts by a stage that weighs so many seconds."""
+    """Add the impulses of contact forces that act for a time [s] to the rows."""
     for i in range(pairs):
         r = row_at(w.rows, i)
         if r.slot >= 0:
@@ -312,13 +340,13 @@ def add_impulses(w, pairs, time):
 
 
 @jit_inside
-def end(w, r, found):
-    """Leave a contact as it is at the end of the step, or as it was at its start."""
+def finish_contact(w, r, accepted):
+    """Leave the contact of a row as it is at the end of an accepted step, or restore it."""
     if r.slot < 0:
         return
     p, c = near_at(w.near, r.near), contact_at(w.contacts, r.slot)
     t = c.touch
-    if not found:
+    if not accepted:
         restore_contact(w, r.slot)
         restore_law_state(w, r.slot)
     else:
@@ -331,6 +359,6 @@ def end(w, r, found):
         c.deepest = max(c.deepest, t.overlap)
         c.strongest = max(c.strongest, t.force)
         c.duration += w.step
-    if t.overlap <= 0.0 or (r.fresh != 0 and not found):
+    if t.overlap <= 0.0 or (r.fresh != 0 and not accepted):
         c.touches -= r.fresh
         end_contact(p, c)
