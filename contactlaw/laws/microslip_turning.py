@@ -253,7 +253,8 @@ class MicroslipTurning(Microslip):
     def numbers(self) -> NDArray[Any]:
         """Return positions of the nodes on [0, 1], their squares and weights, and the maps between line and surface."""
         x, w = cells(self.memory)
-        return record_of(x=x, x2=x * x, w=w, **surface_maps(tuple(w)))
+        # The maps first: numba takes a record that begins as another one for its subtype, and warns of that.
+        return record_of(**surface_maps(tuple(w)), x=x, x2=x * x, w=w)
 
     @staticmethod
     def force(contact, law, memory, du, dv, dt):
