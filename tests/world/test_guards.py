@@ -14,7 +14,7 @@ from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
 from contactlaw.world.bodies.motion import fly
 from contactlaw.world.data.access import body_at, guard_at, near_at
-from contactlaw.world.near.guards import follow, keep_gap, known_gap, over_plane, way_by
+from contactlaw.world.near.guards import gap_bound, meet_half_space, path_bound, raise_listed_gap, update_guard
 from contactlaw.world.near.listing import list_near
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.step import begin
@@ -40,22 +40,22 @@ def fly_on(world, times, look, promised, gaps, heights):
     for m in range(times.size):
         for k in range(w.nears):
             p = near_at(w.near, k)
-            promised[m, k] = p.listed_gap - way_by(guard_at(w.guards, p.guard), times[m])
+            promised[m, k] = p.listed_gap - path_bound(guard_at(w.guards, p.guard), times[m])
         for i in range(w.body_count):
             fly(body_at(w.bodies, i), times[m])
         for k in range(w.nears):
             p = near_at(w.near, k)
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             if look == 0:
-                promised[m, k] = known_gap(w, p, a, b)[0]
+                promised[m, k] = gap_bound(w, p, a, b)[0]
             overlap, _, _, _ = meet_near(w, p, a, b)
             gaps[m, k] = p.gap = -overlap
-            heights[m, k] = -over_plane(w, p, a, b)[0]
+            heights[m, k] = -meet_half_space(w, p, a, b)[0]
             if m % 7 == 3:
-                keep_gap(w, p, times[m])
+                raise_listed_gap(w, p, times[m])
         if look > 0 and (m + 1) % look == 0:
             for k in range(w.guard_count):
-                follow(w, guard_at(w.guards, k), STEP - times[m])
+                update_guard(w, guard_at(w.guards, k), STEP - times[m])
     return w.nears
 
 
