@@ -191,7 +191,7 @@ polyhedron swept by a ball) and PLANE (a half space) meet round shapes. ELLIPSOI
 Flat shapes meet each other by round parts, see `shapes.parts.parts_of`: CORNER, a small sphere; EDGE, a segment; DISC,
 the rim of a cylinder; SIDE, a disc extended along the axis, which meets cylinders only. HEIGHT_FIELD: meets what a
 plane meets, see `shapes.height_field`; whole shapes are separated from it by the plane at its top. TANGENT: a plane
-that is placed anew before each step where an engine has found two shapes nearest; its pair is always looked at.
+that is placed anew before each step where an engine has found two shapes nearest; its pair is always near.
 """
 
 LEDGER = 6
@@ -214,7 +214,7 @@ NEAR = record(
     link="i8",  # next pair of the island
     toi="f8",  # time of impact, a lower bound [s]
     path_limit="f8",  # [m] sum of both bodies' `path` at which it can close, in a run of substeps
-    checked="f8",  # time [s] when it was last looked at; -1: not in this step; or MEASURED, BOUNDED
+    checked="f8",  # time [s] at which its gap was last found; -1: not in this step; or MEASURED, BOUNDED
     gap="f8", closing="f8", acceleration="f8",  # [m], [m/s], [m/s^2]: gap then, closing speed, and acceleration at most
     initial_overlap="f8",  # [m] overlap that counts as none, that of its contact
     closing_bound="f8",  # [m/s] greatest closing speed of any points of both at the start of a step, see `near.passing`
