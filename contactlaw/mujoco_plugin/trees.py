@@ -43,7 +43,7 @@ from contactlaw.mujoco_plugin.notices import TOWED, report_once
 from contactlaw.world.bodies.motion import is_static
 from contactlaw.world.data.access import axis_at, body_at, link_at, near_at, tree_at, world_at
 from contactlaw.world.data.call import BODY_TYPE, VECTOR, call_with_body
-from contactlaw.world.data.records import ASKED, PASSES, SLIDE, STAYS
+from contactlaw.world.data.records import ASKED, DENIED, PASSES, SLIDE
 from contactlaw.world.data.vec import add, cross, dot, load, norm, store, sub
 from contactlaw.world.near.passing import find_passing
 from contactlaw.world.trees.dynamics import mobility_along, solve_ld, solve_lt
@@ -88,7 +88,7 @@ def read_trees(head):
     for i in range(head.tree_count):  # `find_passing` needs them where the engine's step has taken them
         j = jointed_at(head.trees, i)
         t = tree_at(w.trees, j.tree)
-        if t.passes != STAYS:
+        if t.passes != DENIED:
             set_bodies(t, floats(d.qpos, j.q, t.q_size), floats(d.qvel, j.v, t.v_size))
             for k in range(t.count):
                 b = body_at(t.bodies, k)
@@ -121,10 +121,10 @@ def find_tree(head, j, t):
         body_at(t.bodies, i).placed = 1 if placed else 0
     if placed:
         w.stale = 1
-    t.passes = STAYS if body_at(t.bodies, 0).asleep != 0 else ASKED
-    if placed or j.there != (SLEEPS if t.passes == STAYS else PASSES):
+    t.passes = DENIED if body_at(t.bodies, 0).asleep != 0 else ASKED
+    if placed or j.there != (SLEEPS if t.passes == DENIED else PASSES):
         set_bodies(t, floats(head.start, 1 + j.q, t.q_size), floats(head.start, 1 + head.nq + j.v, t.v_size))
-    j.there = SLEEPS if t.passes == STAYS else ASKED
+    j.there = SLEEPS if t.passes == DENIED else ASKED
 
 
 @jit

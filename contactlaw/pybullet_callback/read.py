@@ -28,8 +28,8 @@ from contactlaw.world.data.call import address, call_step
 from contactlaw.world.data.demand import STEP
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import add, axpy, dot, load, load4, norm, product, scale, store, store4, sub, unit
-from contactlaw.world.near.guards import outgrown, surface_speed
-from contactlaw.world.near.listing import list_near, strayed
+from contactlaw.world.near.guards import any_guard_exceeded, surface_speed
+from contactlaw.world.near.listing import list_near, may_leave_margin
 from contactlaw.world.shapes.geometry import meet
 from contactlaw.world.sleep import is_disturbed
 from contactlaw.world.step import FIND_PRESSED
@@ -53,8 +53,8 @@ def begin_step(block):
             b = body_at(w.bodies, k + 1)
             if apart:
                 b.still = 1 if is_static(b) else 0
-            w.stale |= strayed(b, 2.0 * head.dt)
-        if outgrown(w, -NEVER, 2.0 * head.dt):
+            w.stale |= may_leave_margin(b, 2.0 * head.dt)
+        if any_guard_exceeded(w, -NEVER, 2.0 * head.dt):
             w.stale = 1
     if w.stale != 0 and head.list_first != 0:
         return LIST

@@ -19,7 +19,7 @@ from contactlaw.world.data.call import address, call_coast, call_start_coasting,
 from contactlaw.world.data.demand import COAST, START_COASTING, STOP_COASTING
 from contactlaw.world.data.records import NEVER, TWIST_ALWAYS, TWIST_LATER, TWIST_NOW
 from contactlaw.world.data.vec import load, norm, store
-from contactlaw.world.near.guards import keep_gap, known_gap, over_plane
+from contactlaw.world.near.guards import gap_bound, meet_half_space, raise_listed_gap
 from contactlaw.world.near.time_of_impact import predict
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.sleep import fall_asleep
@@ -277,10 +277,10 @@ def measure_open_pair(w, k, reach, span, few):
     p = near_at(w.near, k)
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     before, needed = -p.gap, NEVER
-    gap, last_move = known_gap(w, p, a, b)
+    gap, last_move = gap_bound(w, p, a, b)
     reach = min(reach, LOOKAHEAD * (span[1] / span[0]) * last_move)
     if gap <= reach:
-        overlap, n, arm_a, arm_b = over_plane(w, p, a, b)
+        overlap, n, arm_a, arm_b = meet_half_space(w, p, a, b)
         if overlap > -reach:
             overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
         gap = -overlap
@@ -289,7 +289,7 @@ def measure_open_pair(w, k, reach, span, few):
             needed = own if own < LEAST_CHANGE * span[1] else NEVER
     p.gap = gap
     p.path_limit = gap + a.path + b.path
-    keep_gap(w, p, a.time if b.still != 0 else b.time)
+    raise_listed_gap(w, p, a.time if b.still != 0 else b.time)
     if not gap >= 0.0 and begin_contact(w, k, min(before, 0.0)):
         needed = longest_substep(w, contact_at(w.contacts, p.slot), a, b, substeps_per_impact(w, p, False))
     return needed

@@ -20,11 +20,11 @@ from contactlaw.world.contacts.touch import release, release_if_put_deeper, upda
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at, tree_at
 from contactlaw.world.data.call import address, call_on_world, call_step, error_pending, ready
 from contactlaw.world.data.demand import IMPLICIT, STEP
-from contactlaw.world.data.records import ASKED, BOUNDED, MEASURED, NEVER, PARTED, PASSES, STAYS, TANGENT, TWIST_ALWAYS
+from contactlaw.world.data.records import ASKED, BOUNDED, DENIED, MEASURED, NEVER, PARTED, PASSES, TANGENT, TWIST_ALWAYS
 from contactlaw.world.data.vec import load, store
 from contactlaw.world.island import integrate
-from contactlaw.world.near.guards import fastest, is_guarded, outgrown, part_at_start
-from contactlaw.world.near.listing import count_slots, list_near, strayed
+from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, separate_at_start, stays_open
+from contactlaw.world.near.listing import count_slots, list_near, may_leave_margin
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.sleep import is_disturbed, wake, wake_body
 from contactlaw.world.window import activate, list_islands, plan_window, shortest_new_impact
@@ -84,10 +84,10 @@ def find_pressed(w):
         b = body_at(w.bodies, i)
         b.pressed = 0
         gaps_needed = gaps_needed or b.placed != 0 or b.tree != 0
-    if w.stale != 0 or (gaps_needed and outgrown(w, -NEVER, 2.0 * w.step)):
+    if w.stale != 0 or (gaps_needed and any_guard_exceeded(w, -NEVER, 2.0 * w.step)):
         list_near(w)
     for k in range(w.guard_count if gaps_needed else 0):
-        part_at_start(w, guard_at(w.guards, k))
+        separate_at_start(w, guard_at(w.guards, k))
     for k in range(w.nears):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
@@ -101,7 +101,7 @@ def find_pressed(w):
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         if p.closed != 0 or not (needs_gap(a) or needs_gap(b)):
             continue
-        p.closing_bound = fastest(w, p, a, b)
+        p.closing_bound = closing_bound(w, p, a, b)
         if not gap_suffices(w, p, a, b):
             overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
             p.gap = -overlap
@@ -118,7 +118,7 @@ def gap_suffices(w, p, a, b):
 
     Sets the pair's gap to the lower bound that its guard knows, where there is one.
     """
-    if is_guarded(w, p, 0.0, 2.0 * w.step * p.closing_bound):
+    if stays_open(w, p, 0.0, 2.0 * w.step * p.closing_bound):
         p.gap, p.checked = p.listed_gap - guard_at(w.guards, p.guard).moved, BOUNDED
         return True
     if p.guard >= 0 and guard_at(w.guards, p.guard).separation > 0.0:
@@ -134,7 +134,7 @@ def mark_pressed(b):
     """Mark a body as pressed; the world must then integrate its tree."""
     b.pressed = 1
     if b.tree != 0:
-        tree_at(b.tree, 0).passes = STAYS
+        tree_at(b.tree, 0).passes = DENIED
 
 
 @jit_inside
@@ -208,7 +208,7 @@ def begin(w, dt):
     for k in range(w.guard_count):
         g = guard_at(w.guards, k)
         g.plane_time, g.speed_time = -1.0, -1.0
-    if outgrown(w, dt, 0.0):
+    if any_guard_exceeded(w, dt, 0.0):
         w.stale = 1
     begin_pairs(w)
     if w.stale != 0:
@@ -245,7 +245,7 @@ def begin_body(w, b, dt):
     update_momentum(b)
     b.still = 1 if b.asleep != 0 or is_static(b) else 0
     w.rested = min(w.rested, b.still)
-    if strayed(b, dt - b.time):
+    if may_leave_margin(b, dt - b.time):
         w.stale = 1
 
 
@@ -275,7 +275,7 @@ def check_margins(w, left):
     """Mark the list of near pairs as out of date if a body could leave its margin in the time left of the step [s]."""
     for n in range(w.near_body_count):
         b = body_at(w.bodies, whole_at(w.near_bodies, n))
-        if b.changed != 0 and strayed(b, left):
+        if b.changed != 0 and may_leave_margin(b, left):
             w.stale = 1
-    if outgrown(w, w.step, 0.0):
+    if any_guard_exceeded(w, w.step, 0.0):
         w.stale = 1

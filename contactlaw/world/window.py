@@ -19,7 +19,7 @@ from contactlaw.world.contacts.pace import closing_speed, contact_duration, touc
 from contactlaw.world.data.access import body_at, contact_at, near_at, scratch_body, tree_at
 from contactlaw.world.data.call import call_with_body
 from contactlaw.world.data.records import NEVER
-from contactlaw.world.near.guards import is_guarded, keep_gap
+from contactlaw.world.near.guards import raise_listed_gap, stays_open
 from contactlaw.world.near.time_of_impact import predict
 
 DELTA_V_MARGIN = 1.5  # margin on the change of velocity by impacts, over that of an elastic impact of free bodies
@@ -48,7 +48,7 @@ def plan_window(w, now, step):
             shortest = min(shortest, contact_duration(w, c, a, b))
             continue
         if a.changed != 0 or b.changed != 0 or p.toi <= now:
-            if is_guarded(w, p, step, 0.0):
+            if stays_open(w, p, step, 0.0):
                 p.toi, p.checked = NEVER, -1.0
             else:
                 predict_at(w, p, now)
@@ -67,7 +67,7 @@ def predict_at(w, p, now):
     its rounding does not depend on which pairs are predicted.
     """
     predict(w, p, flown_to(w, p.body_a, now, 0), flown_to(w, p.body_b, now, 1), now, w.step - now)
-    keep_gap(w, p, now)
+    raise_listed_gap(w, p, now)
 
 
 @jit_inside
@@ -145,7 +145,7 @@ def may_close(w, p, now, until):
         return False
     gained = a.delta_v + b.delta_v
     if p.checked != now:
-        if is_guarded(w, p, until, length * DELTA_V_MARGIN * gained):
+        if stays_open(w, p, until, length * DELTA_V_MARGIN * gained):
             return False
         predict_at(w, p, now)
     closing = max(p.closing, 0.0) + DELTA_V_MARGIN * gained

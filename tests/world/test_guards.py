@@ -1,4 +1,4 @@
-"""Guards: no pair is ever nearer than its guard promises, whatever way two bodies move; nobody passes through."""
+"""Guards: no gap is less than the bound of its guard, however two bodies move, so that no contact is missed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
 from contactlaw.world.bodies.motion import fly
 from contactlaw.world.data.access import body_at, guard_at, near_at
-from contactlaw.world.near.guards import follow, keep_gap, known_gap, over_plane, way_by
+from contactlaw.world.near.guards import gap_bound, meet_half_space, path_bound, raise_listed_gap, update_guard
 from contactlaw.world.near.listing import list_near
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.step import begin
@@ -29,10 +29,10 @@ SOLIDS = ["box", "hull", "cylinder"]
 
 @jit
 def fly_on(world, times, look, promised, gaps, heights):
-    """Fly to times of a step; what is promised there of all near pairs, before a look, their gaps, and over a plane.
+    """Fly to times of a step; write bounds on the gaps of all near pairs, their gaps, and bounds by separating planes.
 
-    look: every how many times the guards see how far bodies are; 0: they are asked each time, as in substeps. Pairs are
-    looked at now and then.
+    look: number of times between two updates of the guards; 0: `gap_bound` updates them each time, as in substeps. The
+    bounds `promised` are raised by the measured gaps at every seventh time.
     """
     w = world[0]
     begin(w, STEP)
@@ -40,27 +40,27 @@ def fly_on(world, times, look, promised, gaps, heights):
     for m in range(times.size):
         for k in range(w.nears):
             p = near_at(w.near, k)
-            promised[m, k] = p.listed_gap - way_by(guard_at(w.guards, p.guard), times[m])
+            promised[m, k] = p.listed_gap - path_bound(guard_at(w.guards, p.guard), times[m])
         for i in range(w.body_count):
             fly(body_at(w.bodies, i), times[m])
         for k in range(w.nears):
             p = near_at(w.near, k)
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             if look == 0:
-                promised[m, k] = known_gap(w, p, a, b)[0]
+                promised[m, k] = gap_bound(w, p, a, b)[0]
             overlap, _, _, _ = meet_near(w, p, a, b)
             gaps[m, k] = p.gap = -overlap
-            heights[m, k] = -over_plane(w, p, a, b)[0]
+            heights[m, k] = -meet_half_space(w, p, a, b)[0]
             if m % 7 == 3:
-                keep_gap(w, p, times[m])
+                raise_listed_gap(w, p, times[m])
         if look > 0 and (m + 1) % look == 0:
             for k in range(w.guard_count):
-                follow(w, guard_at(w.guards, k), STEP - times[m])
+                update_guard(w, guard_at(w.guards, k), STEP - times[m])
     return w.nears
 
 
 def solid(world: World, kind: str, rng: np.random.Generator, place, speed: float, turn: float) -> int:
-    """A body of one shape that is not round; its shape."""
+    """Add a body with one shape that is not round; return the shape."""
     velocity, inertia = speed * rng.normal(size=3), np.array([3.0, 4.0, 5.0]) * 1e-5 * rng.uniform(0.9, 1.1, 3)
     if kind == "hull":
         return rock(world, rng, place, velocity, 0.03, turn)
@@ -88,9 +88,9 @@ def test_no_pair_is_nearer_than_its_guard_promises(speed: float, turn: float, pu
         promised, gaps, heights = np.full((40, 4000), -np.inf), np.zeros((40, 4000)), np.full((40, 4000), -np.inf)
         count = fly_on(world.arrays.bound().world, np.linspace(0.0, STEP, 41)[1:], look, promised, gaps, heights)
         assert count <= 4000
-        kept = promised > 0.0  # a pair is not looked at while this is so
+        kept = promised > 0.0  # a pair is not measured while this is so
         least, seen = min(least, float((gaps - promised)[kept].min(initial=np.inf))), seen + int(kept.sum())
-        over = heights > 0.0  # a plane that parts whole shapes
+        over = heights > 0.0  # a plane that separates whole shapes
         least, parted = min(least, float((gaps - heights)[over].min(initial=np.inf))), parted + int(over.sum())
     assert min(seen, parted) > 100  # some are kept apart by what is promised, some by planes
     assert least >= -ROUNDING

@@ -24,7 +24,7 @@ MEASURED, BOUNDED = -3.0, -2.0  # values of `NEAR.checked` besides times: gap an
 # Values of `WORLD.twists`: in this substep torsion is put off, made up for, or advanced as in every one
 TWIST_LATER, TWIST_NOW, TWIST_ALWAYS = range(3)
 EDITED, RESIZED = 1, 2  # values of `WORLD.edited`
-STAYS, ASKED, PASSES = 0, 1, 2  # values of `TREE.passes`
+DENIED, ASKED, PASSES = 0, 1, 2  # values of `TREE.passes`
 PAUSE_LIMIT = 8  # steps; a power of two
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; that of a parted contact is kept until the next step
 
@@ -119,8 +119,8 @@ TREE = record(
     decay="f8",  # [1/s] at which damping may slow a velocity, at most
     lag="f8", span="f8",  # [s] s of M + s D, by which damping is implicit, see `trees.motion`; length of the step
     midway="i8",  # 1: damping acts on the velocities at the start of a group of substeps, which are in `room`
-    # whether it stays where an engine's step has put it, as it touches nothing: no; to be found, `near.passing`; yes
-    passes="i8",  # STAYS, ASKED, PASSES
+    # whether it passes by everything, so that it stays where the engine's step has put it, see `near.passing`
+    passes="i8",  # DENIED: no; ASKED: to be found; PASSES: yes
     disturbed="i8",  # 1: it sleeps, but its coordinates, velocities or forces are not those that it fell asleep with
 )  # fmt: skip
 """A kinematic tree: bodies joined by joints, in generalised coordinates."""
@@ -191,7 +191,7 @@ polyhedron swept by a ball) and PLANE (a half space) meet round shapes. ELLIPSOI
 Flat shapes meet each other by round parts, see `shapes.parts.parts_of`: CORNER, a small sphere; EDGE, a segment; DISC,
 the rim of a cylinder; SIDE, a disc extended along the axis, which meets cylinders only. HEIGHT_FIELD: meets what a
 plane meets, see `shapes.height_field`; whole shapes are separated from it by the plane at its top. TANGENT: a plane
-that is placed anew before each step where an engine has found two shapes nearest; its pair is always looked at.
+that is placed anew before each step where an engine has found two shapes nearest; its pair is always near.
 """
 
 LEDGER = 6
@@ -214,28 +214,28 @@ NEAR = record(
     link="i8",  # next pair of the island
     toi="f8",  # time of impact, a lower bound [s]
     path_limit="f8",  # [m] sum of both bodies' `path` at which it can close, in a run of substeps
-    checked="f8",  # time [s] when it was last looked at; -1: not in this step; or MEASURED, BOUNDED
+    checked="f8",  # time [s] at which its gap was last found; -1: not in this step; or MEASURED, BOUNDED
     gap="f8", closing="f8", acceleration="f8",  # [m], [m/s], [m/s^2]: gap then, closing speed, and acceleration at most
     initial_overlap="f8",  # [m] overlap that counts as none, that of its contact
     closing_bound="f8",  # [m/s] greatest closing speed of any points of both at the start of a step, see `near.passing`
     guard="i8",  # the guard between its bodies, if its gap is costly to measure; else -1
-    listed_gap="f8",  # [m] lower bound of the gap when the pair was listed, raised by later looks
+    listed_gap="f8",  # [m] lower bound of the gap when the pair was listed, raised by later measurements
 )  # fmt: skip
 """Two shapes near each other; A is round."""
 
 GUARD = record(
     a="i8", b="i8", body_a="i8", body_b="i8",  # whole shapes; their bodies, possibly interchanged
     unlisted="i8",  # 1: none of the shapes' parts is listed
-    place=VECTOR, turn=MATRIX,  # pose of A in B's frame, principal axes as columns, at the last look
+    place=VECTOR, turn=MATRIX,  # pose of A in B's frame, principal axes as columns, at the last update
     limit="f8",  # [m] that A may move there before near pairs must be listed anew
     moved="f8", speed="f8",  # [m] that it has moved since the list, and [m/s] its speed within the step, at most
     speed_now="f8",  # [m/s] speed of A there now, at most
-    last_move="f8",  # [m] that it moved between the last two looks, at most
+    last_move="f8",  # [m] that it moved between the last two updates, at most
     normal=VECTOR, separation="f8",  # of a separating plane, in the frame of b's body; [m] by which it separates them
-    parted="i8",  # 1: that plane has separated them throughout a step, see `near.passing`
+    separated="i8",  # 1: that plane has separated them throughout a step, see `near.passing`
     plane_time="f8", low="f8", high="f8",  # [s] of the step when it was found; least height of a, greatest of b [m]
     speed_time="f8",  # [s] `plane_time` of the plane for which `speed` was found for the rest of the step
-    time="f8", lag="f8",  # [s] of the step at the last look; [m] by which one body may have been behind the other then
+    time="f8", lag="f8",  # [s] of the step at the last update; [m] by which one body may have lagged behind the other
 )  # fmt: skip
 """Bounds on how two shapes move relative to each other, see `near.guards`."""
 

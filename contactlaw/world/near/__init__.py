@@ -1,1 +1,1 @@
-"""The broad phase: which pairs of shapes are near, until when they stay apart, and when they could touch."""
+"""Broad phase: which pairs of shapes are near, how long they stay apart, and when they could touch."""

@@ -1,13 +1,14 @@
-"""How much nearer two bodies can have come to each other since the list of near pairs was made.
+"""Guards: bounds on how far two bodies have moved relative to each other since near pairs were last listed.
 
-Bodies may move fast and yet hardly against each other, as those of an arm do. A guard stands between two bodies that
-have shapes which cost more to look at than balls: it adds up how A moves in B's frame, from look to look no point by
-more than
+Bodies may move fast and yet hardly relative to each other, as those of an arm do. Two whole shapes whose gap is costly
+to measure have a guard; a sphere with a sphere, segment or plane has none. It adds up the motion of one body, A, in the
+frame of the other, B. Between two updates no point of A moves by more than
 
     |p - p0| + 2 sin(theta/2) L          2 sin^2(theta/2) = (3 - tr M0^T M)/2
 
-of the centre of mass at p, the angle theta between the turns M and M0, and A's reach L; and until a time to come by
-no more than the greatest speed lets it. A pair whose gap is wider is not looked at: that is one comparison a step.
+with the centre of mass at p0 and p, the rotations M0 and M, the angle theta between them, and A's reach L. From the
+last update to a later time no point moves further than a bound on its speed allows. A pair whose gap is wider than the
+sum is not measured, at the cost of one comparison a step.
 """
 
 from __future__ import annotations
@@ -23,23 +24,28 @@ from contactlaw.world.data.records import BOX, CYLINDER, EDGE, NEVER, PLANE
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub, to_body, to_world
 from contactlaw.world.shapes.geometry import centre, half_axis
 
-ROUNDING = 1e-15  # of the trace
-PRISM = 0.003  # of its radius, by which a cylinder may be wider than the prism of `gjk.STAVE`
-SLACK = 0.2  # of both bodies' smallest radii: how near shapes are whose parts are listed, besides
-LASTS = 4.0  # steps at the speed there is
-MORE = 1.5  # of that way, a gap which stays open: who looks at it later may count what pushes once more
+ROUNDING = 1e-15  # of the trace of M0^T M
+PRISM_EXCESS = 0.003  # of a cylinder's radius; it is wider than the prism of `gjk.STAVE` by (1 - cos(pi/32))/2 = 0.0024
+SLACK = 0.2  # of a body's smallest radius: part of its margin, and of `parts_margin`, that does not depend on speed
+PARTS_STEPS = 4.0  # steps at the guard's present speed bound, for `parts_margin`
+# Least gap of cores that count as apart, over the distance by which they can approach; above one, as a later evaluation
+# may count the bodies' loads once more
+APART_FACTOR = 1.5
 
 
 @jit_inside
 def surface_speed(b, time):
-    """Speed [m/s] of a body's shapes within a time [s], at most."""
+    """Return a bound on the speed [m/s] of any point of a body's shapes within a time [s]."""
     gained = time * (norm(load(b.acceleration)) + change_bound(b, b.reach, time))
     return norm(load(b.velocity)) + spin_bound(b, time) * b.reach + gained
 
 
 @jit_inside
 def new_guard(w, i, j, time):
-    """Number of a new guard between two shapes, -1: there is no room for it; it knows speeds within a time [s]."""
+    """Add a guard between whole shapes i and j, with a bound on speeds within a time [s]; return its number.
+
+    Returns -1 if there is no room. The guard's body A has a finite mass; if both have, it is the one of smaller reach.
+    """
     if w.guard_count == w.guard_room:
         w.lost += 1
         return -1
@@ -50,16 +56,16 @@ def new_guard(w, i, j, time):
     a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
     if a.inverse_mass == 0.0 or (b.inverse_mass != 0.0 and b.reach < a.reach):
         g.body_a, g.body_b = g.body_b, g.body_a
-    g.limit, g.unlisted, g.parted, g.separation, g.plane_time, g.speed_time = NEVER, 0, 0, 0.0, -1.0, -1.0
+    g.limit, g.unlisted, g.separated, g.separation, g.plane_time, g.speed_time = NEVER, 0, 0, 0.0, -1.0, -1.0
     store(g.normal, ZERO)
-    follow(w, g, time)
+    update_guard(w, g, time)
     g.moved = g.lag
     return k
 
 
 @jit_inside
-def move(w, g):
-    """See how A has moved against B."""
+def update_moved(w, g):
+    """Add A's motion in B's frame since the last update to what it has moved since near pairs were listed."""
     a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
     r = sub(load(a.position), load(b.position))
     place, trace = to_body(b.axes, r), 0.0
@@ -74,20 +80,21 @@ def move(w, g):
 
 
 @jit_inside
-def follow(w, g, left):
-    """The same, and how fast it can within a time [s]."""
+def update_guard(w, g, left):
+    """Update a guard's motion, and its bounds on A's speed in B's frame: now, and within a time [s] to come."""
     a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
     r = sub(load(a.position), load(b.position))
-    move(w, g)
+    update_moved(w, g)
     g.time = min(a.time, b.time)
-    apart = abs(a.time - b.time)
-    g.lag = apart * surface_speed(a if a.time < b.time else b, apart) if apart > 0.0 else 0.0
+    delay = abs(a.time - b.time)
+    g.lag = delay * surface_speed(a if a.time < b.time else b, delay) if delay > 0.0 else 0.0
     g.speed, g.speed_now = 0.0, 0.0
     if a.still == 0 or b.still == 0:
         u, spin_a, spin_b = sub(load(a.velocity), load(b.velocity)), load(a.spin), load(b.spin)
         push = norm(acceleration_of(a)) + norm(acceleration_of(b))
         slides, turns = norm(sub(u, cross(spin_b, r))), norm(sub(spin_a, spin_b))
         g.speed_now = slides + turns * a.reach
+        # bounds within the time left: relative speed of the centres, B's spin, their distance, B's angular acceleration
         fast, spin = norm(u) + left * push, spin_bound(b, left)
         far, twist = norm(r) + left * fast, turning_bound(b, left)
         slides = min(slides + left * (push + far * twist + spin * fast), fast + spin * far)
@@ -98,41 +105,48 @@ def follow(w, g, left):
 
 
 @jit_inside
-def way_by(g, time):
-    """How far [m] a point of A has moved against B by a time of the step [s], at most."""
+def path_bound(g, time):
+    """Return a bound on how far [m] a point of A has moved against B, from the list to a time of the step [s]."""
     return g.moved + g.lag + max(time - g.time, 0.0) * g.speed
 
 
 @jit_inside
-def enough(w, g):
-    """How near each other [m] two shapes are whose parts are to be listed."""
-    return SLACK * (body_at(w.bodies, g.body_a).size + body_at(w.bodies, g.body_b).size) + LASTS * w.step * g.speed
+def parts_margin(w, g):
+    """Return the gap [m] of two whole shapes up to which their parts are listed."""
+    return (
+        SLACK * (body_at(w.bodies, g.body_a).size + body_at(w.bodies, g.body_b).size) + PARTS_STEPS * w.step * g.speed
+    )
 
 
 @jit_inside
-def around(s):
-    """What a core is swept by [m], and of a cylinder what the prism that it counts as lacks.
+def sweep_radius(s):
+    """Return a radius [m] such that a core swept by it contains the shape.
 
-    Corners and balls meet a box or a cylinder without its rounding: as far as its sharp corner or rim.
+    Spheres and corners meet a box or a cylinder without its rounding. Its sharp corner is sqrt(3) radii from the core,
+    its sharp rim sqrt(2). A cylinder counts as a prism, which lacks PRISM_EXCESS of its radius.
     """
     if s.kind == CYLINDER:
-        return sqrt(2.0) * s.radius + PRISM * s.half[0]
+        return sqrt(2.0) * s.radius + PRISM_EXCESS * s.half[0]
     return sqrt(3.0) * s.radius if s.kind == BOX else s.radius
 
 
 @jit_inside
-def parted(w, g, n):
-    """What parts the two shapes of a guard, with what sweeps them, see `convex.separate`."""
+def separate(w, g, n):
+    """Return normal, low and high of `convex.separate` for a guard's whole shapes, swept by their radii.
+
+    n: a normal to use, or zero to find one. The separation is low - high [m].
+    """
     sa, sb = shape_at(w.shapes, g.a), shape_at(w.shapes, g.b)
     n, low, high, _ = ask_separation(sa.separation, sa, body_at(w.bodies, sa.body), sb, body_at(w.bodies, sb.body), n)
-    return n, low - around(sa), high + (around(sb) if sb.kind < PLANE else 0.0)
+    return n, low - sweep_radius(sa), high + (sweep_radius(sb) if sb.kind < PLANE else 0.0)
 
 
 @jit_inside
-def over_plane(w, p, a, b):
-    """What `geometry.meet` finds of a near pair if B is all that lies behind the plane which parts both whole shapes.
+def meet_half_space(w, p, a, b):
+    """Return `geometry.meet` of a near pair as if B filled the half space behind the separating plane.
 
-    The gap is no wider then, at a product for a part. Of what has no such plane the overlap is endless.
+    B's whole shape lies in it, so that the gap is at most the true one; it costs one product for a part. Without such a
+    plane the overlap is infinite, which tells the caller to measure.
     """
     if not has_plane(w, p, a, b):
         return NEVER, ZERO, ZERO, ZERO
@@ -152,12 +166,13 @@ def over_plane(w, p, a, b):
 
 @jit_inside
 def has_plane(w, p, a, b):
-    """Whether the guard of a near pair has a plane between both whole shapes, which is placed where the bodies are."""
+    """Return whether the guard of a near pair has a plane between two cores, placed where bodies a and b are now."""
     if p.guard < 0:
         return False
     g = guard_at(w.guards, p.guard)
     time = b.time if a.still != 0 else a.time
-    here = body_at(w.bodies, p.body_a).time == a.time and body_at(w.bodies, p.body_b).time == b.time  # and not aside
+    # not where a or b is a scratch copy at another time than its body, as the plane is placed by the bodies
+    here = body_at(w.bodies, p.body_a).time == a.time and body_at(w.bodies, p.body_b).time == b.time
     flat = shape_at(w.shapes, g.a).kind >= BOX and shape_at(w.shapes, g.b).kind < PLANE
     if not (flat and here) or (b.still == 0 and b.time != time):
         return False
@@ -167,36 +182,39 @@ def has_plane(w, p, a, b):
 
 
 @jit_inside
-def keeps_apart(w, p, a, b, left):
-    """Whether both whole shapes of a near pair are so far apart that no parts of them meet within a time to come [s].
+def cores_stay_apart(w, p, a, b, left):
+    """Return whether the cores of a near pair are too far apart to meet within a time to come [s].
 
-    What is known then is entered: one look does for all that meet by parts of the same two shapes.
+    If there is a plane between them, sets the pair's gap and closing speed to bounds from it, and its time of impact to
+    NEVER. One evaluation serves all pairs of parts of the same two shapes.
     """
     if not has_plane(w, p, a, b):
         return False
     g = guard_at(w.guards, p.guard)
     if g.plane_time != g.speed_time:
-        follow(w, g, left)
+        update_guard(w, g, left)
         g.speed_time = g.plane_time
     p.gap, p.closing, p.acceleration, p.toi = g.low - g.high, g.speed, 0.0, NEVER
-    return p.gap > MORE * left * g.speed
+    return p.gap > APART_FACTOR * left * g.speed
 
 
 @jit_inside
 def place_plane(w, g, time):
-    """Find the plane that parts two cores, where they are: the one that did so last, while it does so half as well.
+    """Place the plane between two cores at a time of the step [s], where their bodies are.
 
-    Cores that are in each other none parts; above that one, or one across their centres, is nothing of B all the same.
+    The last plane is kept while it separates them by more than half of what it did. No plane separates cores that
+    overlap. Then the last one of this step is kept, or else one across the line of centres is used. B lies behind
+    these, too, which suffices for `meet_half_space`.
     """
     a, b = body_at(w.bodies, shape_at(w.shapes, g.a).body), body_at(w.bodies, shape_at(w.shapes, g.b).body)
     last, n, low, high = g.high - g.low, ZERO, -NEVER, 0.0
     if g.plane_time >= 0.0:
-        n, low, high = parted(w, g, to_world(b.axes, load(g.normal)))
+        n, low, high = separate(w, g, to_world(b.axes, load(g.normal)))
     if low - high <= max(-0.5 * last, 0.0):
-        new, bottom, top = parted(w, g, ZERO)
+        new, bottom, top = separate(w, g, ZERO)
         if dot(new, new) == 0.0 and g.plane_time < 0.0:
             across = sub(load(a.position), load(b.position))
-            new, bottom, top = parted(w, g, scale(1.0 / max(norm(across), 1e-300), across))
+            new, bottom, top = separate(w, g, scale(1.0 / max(norm(across), 1e-300), across))
         if dot(new, new) > 0.0 and bottom - top > low - high:
             n, low, high = new, bottom, top
     store(g.normal, to_body(b.axes, n))
@@ -204,11 +222,11 @@ def place_plane(w, g, time):
 
 
 @jit_inside
-def outgrown(w, until, least):
-    """Whether two bodies can meet by parts that are not listed, until a time of the step or within one at least [s].
+def any_guard_exceeded(w, until, least):
+    """Return whether parts that are not listed can meet until a time of the step [s].
 
-    Bodies that have not changed course are where they are thought to be. Where none of the parts is listed one look at
-    both whole shapes may do for longer.
+    least: time [s] from the bodies' present times that is looked ahead at any rate. If it is zero, guards of bodies
+    whose velocities have not changed are left out, as their bounds still hold.
     """
     out = False
     for k in range(w.guard_count):
@@ -216,81 +234,94 @@ def outgrown(w, until, least):
         a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
         if least > 0.0 or a.changed != 0 or b.changed != 0:
             left = max(until - min(a.time, b.time), least)
-            follow(w, g, left)
-            out = is_outgrown(w, g, left) or out
+            update_guard(w, g, left)
+            out = may_exceed_limit(w, g, left) or out
     return out
 
 
 @jit_inside
-def is_outgrown(w, g, left):
-    """The same of one guard, for a time to come [s]."""
-    if way_by(g, g.time + left) <= g.limit:
+def may_exceed_limit(w, g, left):
+    """Return whether A can move further than its guard's limit within a time to come [s].
+
+    If no parts are listed, the present gap of both whole shapes may give a higher limit first.
+    """
+    if path_bound(g, g.time + left) <= g.limit:
         return False
     if g.unlisted != 0:
-        _, low, high = parted(w, g, ZERO)
-        if low - high > enough(w, g):
+        _, low, high = separate(w, g, ZERO)
+        if low - high > parts_margin(w, g):
             g.limit = low - high + g.moved - g.lag
-    return way_by(g, g.time + left) > g.limit
+    return path_bound(g, g.time + left) > g.limit
 
 
 @jit_inside
-def part_at_start(w, g):
-    """Find by how much a plane parts two shapes whose parts are listed: the one that did so last, while it does."""
+def separate_at_start(w, g):
+    """Set by how much [m] a plane separates two cores whose parts are listed, at the start of a step.
+
+    The last plane is kept while it separates them.
+    """
     g.separation = 0.0
     if g.unlisted != 0 or shape_at(w.shapes, g.a).kind < BOX:
         return
     b = body_at(w.bodies, shape_at(w.shapes, g.b).body)
-    n, low, high = parted(w, g, to_world(b.axes, load(g.normal)))
+    n, low, high = separate(w, g, to_world(b.axes, load(g.normal)))
     if low <= high:
-        n, low, high = parted(w, g, ZERO)
+        n, low, high = separate(w, g, ZERO)
     store(g.normal, to_body(b.axes, n))
     g.separation = low - high
 
 
 @jit_inside
-def parts_through(w, g, before):
-    """Whether that plane, fixed to B, has parted them throughout a step.
+def stayed_separated(w, g, before):
+    """Return whether that plane, fixed to B, has separated both shapes throughout a step.
 
-    Of each point of A the height over it is, between both ends of the step, by h/8 times the change of its speed at
-    most below the line between them. before: speed [m/s] at the step's start.
+    before: bound on A's speed [m/s] in B's frame at the start of the step. In between, the height of a point of A over
+    the plane is below the line through its heights at both ends by at most h/8 times the change of its speed.
     """
     if g.separation <= 0.0:
         return False
     b = body_at(w.bodies, shape_at(w.shapes, g.b).body)
-    _, low, high = parted(w, g, to_world(b.axes, load(g.normal)))
+    _, low, high = separate(w, g, to_world(b.axes, load(g.normal)))
     return min(g.separation, low - high) > 0.125 * w.step * (before + g.speed_now)
 
 
 @jit_inside
-def is_guarded(w, p, time, more):
-    """Whether a near pair is kept apart by its guard until a time of the step, even if it closes by `more` [m]."""
-    return p.guard >= 0 and p.listed_gap > way_by(guard_at(w.guards, p.guard), time) + more
+def stays_open(w, p, time, more):
+    """Return whether the guard of a near pair shows that the pair stays open until a time of the step [s].
+
+    more: distance [m] by which the gap may close besides.
+    """
+    return p.guard >= 0 and p.listed_gap > path_bound(guard_at(w.guards, p.guard), time) + more
 
 
 @jit_inside
-def keep_gap(w, p, time):
-    """Remember the gap of a pair that has been looked at, where both bodies are at a time of the step.
+def raise_listed_gap(w, p, time):
+    """Raise the lower bound on the gap of a pair by its gap as measured at a time of the step [s].
 
-    Since they were seen last they may have gone apart, as far as they could have come nearer.
+    A guard counts motion from its last update. The motion between that and the measurement is known only as a bound,
+    and is subtracted.
     """
     if p.guard >= 0:
         g = guard_at(w.guards, p.guard)
-        p.listed_gap = max(p.listed_gap, p.gap + 2.0 * g.moved - way_by(g, time))
+        p.listed_gap = max(p.listed_gap, p.gap + 2.0 * g.moved - path_bound(g, time))
 
 
 @jit_inside
-def known_gap(w, p, a, b):
-    """A gap [m] that a pair of bodies that are stepped has at least, and by how much it may be less than before."""
+def gap_bound(w, p, a, b):
+    """Return a lower bound on the gap [m] of a pair in substeps, and by how much it can have shrunk in the last.
+
+    The latter is the motion [m] between the guard's last two updates. Without a guard: -NEVER and NEVER.
+    """
     if p.guard < 0:
         return -NEVER, NEVER
     g, time = guard_at(w.guards, p.guard), b.time if a.still != 0 else a.time
     if g.time != time or g.lag > 0.0:
-        move(w, g)
+        update_moved(w, g)
         g.time, g.lag = time, 0.0
     return p.listed_gap - g.moved, g.last_move
 
 
 @jit_inside
-def fastest(w, p, a, b):
-    """Speed [m/s] at which two shapes come nearer, at most."""
+def closing_bound(w, p, a, b):
+    """Return a bound on the closing speed [m/s] of two shapes: of their guard, else of their present motion."""
     return guard_at(w.guards, p.guard).speed if p.guard >= 0 else greatest_closing(a, b)

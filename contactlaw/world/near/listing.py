@@ -1,9 +1,10 @@
-"""Broad phase: which shapes are near each other, by grids of several widths, kept for as long as nobody went far.
+"""Broad phase: which shapes are near each other, found by grids of several widths and kept for several steps.
 
-Every body has a margin by which its surface may travel, turning included. Two shapes are near if their margins meet;
-the list is made anew when a body could use its margin up. All shapes but planes lie, as the spheres around them, in
-cells as wide as they are with their margins, to the next power of two; each looks into cells of its own width and
-wider. The list is in the order of its shapes, so that sums over it do not depend on when it was made.
+Each body has a margin [m] by which its surface may travel, rotation included. Two shapes are near if their margins
+overlap. Near pairs are listed anew once a body could leave its margin. The spheres around all shapes but planes are
+sorted into cells as wide as the spheres with their margins, rounded up to a power of two. A shape is compared with
+those in cells of its own width and wider. The list is sorted by shapes, so that sums over it do not depend on when it
+was made.
 """
 
 from __future__ import annotations
@@ -20,49 +21,52 @@ from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED, PLANE, TA
 from contactlaw.world.data.vec import add, load, norm, store, sub
 from contactlaw.world.near.guards import SLACK, surface_speed
 from contactlaw.world.near.order import sort_near
-from contactlaw.world.near.pairing import consider, enter, is_part, size
+from contactlaw.world.near.pairing import bounding_radius, complete_near, is_part, list_pair
 from contactlaw.world.shapes.geometry import centre
 
-STEPS = 4.0  # steps that the margin is to last at the speed there is; longer where few bodies have many shapes, for it
-# is these that a list costs, and bodies that are near are looked at in each window
-LONG = 16.0  # the same where there are parts: guards see who of them is near, and what is near costs little then
-MANY = 256  # bodies: among more it lasts one step, for in each step many windows go through the list, but impacts too
+# Steps that margins last at present speeds. More where few bodies have many shapes: the cost of listing grows with the
+# shapes, that of going through the list in each window with the bodies.
+MARGIN_STEPS = 4.0
+PARTS_MARGIN_STEPS = 16.0  # the same where shapes have parts: guards tell cheaply which of these are near
+# Bodies among which margins last one step: each step has many windows, and each goes through the list. These margins
+# allow for impacts too, see `set_margins`.
+MANY_BODIES = 256
 
 
 @jit_inside
-def strayed(b, left):
-    """Whether a body may leave its margin within a time [s]."""
-    if b.size == 0.0 and b.reach == 0.0:  # it has no shapes
+def may_leave_margin(b, left):
+    """Return whether a body may leave its margin within a time [s]."""
+    if b.size == 0.0 and b.reach == 0.0:  # no shapes
         return False
-    return way_of(b, left) > b.margin
+    return travel_bound(b, left) > b.margin
 
 
 @jit_inside
-def way_of(b, left):
-    """How far [m] a point of a body can be within a time [s], at most, from where the list of near pairs found it."""
+def travel_bound(b, left):
+    """Return a bound on how far [m] a point of a body is, within a time [s], from where it was listed."""
     way = norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
     return way if b.still != 0 else way + left * surface_speed(b, left)
 
 
 @jit_inside
 def list_near(w):
-    """Make the list of near pairs anew; contacts keep what they remember.
+    """List near pairs anew; contacts keep their state.
 
-    If there is not room for all that are near within margins for several steps, it lasts one step.
+    The margins are for several steps, or for one step if the arrays are too small for that many near pairs.
     """
     lost, heads = w.lost, w.cells + 2 * w.shape_count
     wholes = 0
     for i in range(w.shape_count):
         wholes += 0 if is_part(shape_at(w.shapes, i)) else 1
-    lasts = LONG if wholes < w.shape_count else STEPS * max(sqrt(wholes) / w.body_count, 1.0)
-    list_within(w, lasts if w.body_count <= MANY else 1.0)
+    lasts = PARTS_MARGIN_STEPS if wholes < w.shape_count else MARGIN_STEPS * max(sqrt(wholes) / w.body_count, 1.0)
+    list_within(w, lasts if w.body_count <= MANY_BODIES else 1.0)
     if w.lost > lost:
         w.lost = lost
         list_within(w, 1.0)
-    keep_contacts(w, heads)
+    link_contacts(w, heads)
     sort_near(w, w.cells)
     for k in range(w.nears):
-        enter(w, k, heads)
+        complete_near(w, k, heads)
     list_bodies(w)
     for slot in range(w.slots):
         c = contact_at(w.contacts, slot)
@@ -74,10 +78,11 @@ def list_near(w):
 
 @jit_inside
 def list_within(w, steps):
-    """List the shapes that are within margins for so many steps."""
-    smallest = mark(w, steps * w.step)
+    """List the shapes that are near within margins for a number of steps."""
+    smallest = set_margins(w, steps * w.step)
     shapes = w.shape_count
-    cells = w.cells  # first in the grid's room: heads of the cells' lists; of each shape: next, level, contacts, cell
+    # `WORLD.grid`: first shape of each cell; then of each shape the next one in its cell, level, contacts, cell's key
+    cells = w.cells
     for i in range(cells):
         set_whole(w.grid, i, -1)
     w.nears, w.guard_count, levels = 0, 0, 0
@@ -89,7 +94,7 @@ def list_within(w, steps):
             set_whole(w.grid, cells + shapes + i, level)
             x, y, z = cell_of(w, i, smallest * 2.0**level)
             key = key_of(x, y, z, level)
-            cell = hashed(key, cells)
+            cell = hash_of(key, cells)
             set_whole(w.grid, cells + 3 * shapes + i, key)
             set_whole(w.grid, cells + i, whole_at(w.grid, cell))
             set_whole(w.grid, cell, i)
@@ -98,24 +103,24 @@ def list_within(w, steps):
         if is_part(s):
             continue
         if s.kind == TANGENT:
-            consider(w, s.partner, i)
+            list_pair(w, s.partner, i)
             continue
         if s.kind >= PLANE:
             for j in range(shapes):
                 if shape_at(w.shapes, j).kind < PLANE and not is_part(shape_at(w.shapes, j)):
-                    consider(w, j, i)
+                    list_pair(w, j, i)
             continue
         own = whole_at(w.grid, cells + shapes + i)
         for level in range(own, 63):
             if levels >> level == 0:
                 break
             if (levels >> level) & 1:
-                around(w, i, level, smallest * 2.0**level, cells)
+                list_around(w, i, level, smallest * 2.0**level, cells)
 
 
 @jit_inside
 def list_bodies(w):
-    """List the bodies that are near something, or of a tree: no other one is struck until the next list."""
+    """List the bodies that are in a near pair or in a tree: no other body can be struck until the next list."""
     for i in range(w.body_count):
         body_at(w.bodies, i).active = 0
     for k in range(w.nears):
@@ -130,12 +135,11 @@ def list_bodies(w):
 
 
 @jit_inside
-def mark(w, time):
-    """Give all bodies new margins for a time [s] at the speeds that they may have within a step, where they are;
-    returns the width [m] of the smallest shape with its margin.
+def set_margins(w, time):
+    """Set the margins of all bodies for a time [s] at their speed bounds within a step, from their present positions.
 
-    A body that is behind in time makes up for it out of its margin, which is for some steps. To move it here would
-    make its motion, by rounding, one of margins.
+    Returns the width [m] of the smallest shape with its margin. A body that is behind in time is not moved first, as
+    its rounding would then depend on margins. The motion that it has to make up for uses part of its margin.
     """
     total = 0.0
     for i in range(w.body_count):
@@ -144,21 +148,21 @@ def mark(w, time):
         b.turned = 0.0
         b.margin = 0.0 if b.still != 0 else time * surface_speed(b, w.step)
         total += b.margin
-    struck = total / w.body_count if w.body_count > MANY else 0.0
+    impact_margin = total / w.body_count if w.body_count > MANY_BODIES else 0.0
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
-        b.margin += SLACK * b.size + (0.0 if b.inverse_mass == 0.0 else struck)
+        b.margin += SLACK * b.size + (0.0 if b.inverse_mass == 0.0 else impact_margin)
     smallest = NEVER
     for i in range(w.shape_count):
         s = shape_at(w.shapes, i)
         if s.kind < PLANE and not is_part(s):
-            smallest = min(smallest, 2.0 * (size(s) + body_at(w.bodies, s.body).margin))
+            smallest = min(smallest, 2.0 * (bounding_radius(s) + body_at(w.bodies, s.body).margin))
     return smallest
 
 
 @jit_inside
-def keep_contacts(w, heads):
-    """String up the contacts of each shape that is their A, from the heads on in the grid's room."""
+def link_contacts(w, heads):
+    """Link the contacts of each shape A into a list; its first slot is at `heads` + A in `WORLD.grid`."""
     for i in range(w.shape_count):
         set_whole(w.grid, heads + i, -1)
     count_slots(w)
@@ -172,20 +176,20 @@ def keep_contacts(w, heads):
 
 @jit_inside
 def count_slots(w):
-    """Note how many slots have been in use, before some are given back: those given back last are used first."""
+    """Update how many slots have ever been in use: released ones are used again first, so none beyond is in use."""
     w.slots = max(w.slots, w.contact_room - w.spares)
 
 
 @jit_inside
 def level_of(w, i, smallest):
-    """Level of the grid that a shape lies in."""
+    """Return the level of the grid that shape i is sorted into; the cells of level 0 are as wide as `smallest` [m]."""
     s = shape_at(w.shapes, i)
-    return max(ceil(log2((size(s) + body_at(w.bodies, s.body).margin) * 2.0 / smallest) - 1e-9), 0)
+    return max(ceil(log2((bounding_radius(s) + body_at(w.bodies, s.body).margin) * 2.0 / smallest) - 1e-9), 0)
 
 
 @jit_inside
 def cell_of(w, i, width):
-    """Indices of the cell that a shape's centre lies in."""
+    """Return the indices of the cell that contains the centre of shape i; width: of cells [m]."""
     b = body_at(w.bodies, shape_at(w.shapes, i).body)
     at = add(load(b.position), centre(shape_at(w.shapes, i), b))
     return floor(at[0] / width), floor(at[1] / width), floor(at[2] / width)
@@ -193,26 +197,26 @@ def cell_of(w, i, width):
 
 @jit_inside
 def key_of(x, y, z, level):
-    """A number of a cell, that of no other within a million cells' widths."""
+    """Return a number of a cell that no other cell within a million cells' widths has."""
     return ((x & 0xFFFFF) << 40 | (y & 0xFFFFF) << 20 | (z & 0xFFFFF)) ^ level * 0x1357 << 44
 
 
 @jit_inside
-def hashed(key, cells):
-    """Place of a cell in a table whose size is a power of two."""
+def hash_of(key, cells):
+    """Return the place of a cell in a hash table of `cells` entries, a power of two."""
     return int((types.uint64(key) * types.uint64(0x9E3779B97F4A7C15)) >> types.uint64(32)) & (cells - 1)
 
 
 @jit_inside
-def around(w, i, level, width, cells):
-    """Consider a shape with all of a level in the cells around it; those of its own level once."""
+def list_around(w, i, level, width, cells):
+    """List shape i with the near shapes of a level in the 27 cells around it; pairs of one level only once."""
     shapes = w.shape_count
     same = whole_at(w.grid, cells + shapes + i) == level
     x, y, z = cell_of(w, i, width)
-    for n in range(13 if same else 0, 27):  # of two cells of one level one looks into the other
+    for n in range(13 if same else 0, 27):  # 13: its own cell; of two cells of a level one is enough
         key = key_of(x + n // 9 - 1, y + n // 3 % 3 - 1, z + n % 3 - 1, level)
-        j = whole_at(w.grid, hashed(key, cells))
+        j = whole_at(w.grid, hash_of(key, cells))
         while j >= 0:
             if whole_at(w.grid, cells + 3 * shapes + j) == key and (j < i or n != 13 or not same):
-                consider(w, max(i, j), min(i, j))
+                list_pair(w, max(i, j), min(i, j))
             j = whole_at(w.grid, cells + j)

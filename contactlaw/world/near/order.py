@@ -1,4 +1,4 @@
-"""The order of the near list: by A, then by B."""
+"""The order of the near list: by shape A, then by shape B."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from contactlaw.world.data.access import near_at
 
 @jit_inside
 def sort_near(w, counts):
-    """Sort the shapes of near pairs, of which nothing else is known yet: by counting for A, by insertion for B.
+    """Sort near pairs of which only shapes, guard and gap are set: by counting for A, by insertion for B.
 
-    counts: where in the grid's room there is a place for each shape.
+    counts: where `WORLD.grid` has room for one number for each shape.
     """
     for i in range(w.shape_count):
         set_whole(w.grid, counts + i, 0)
@@ -23,7 +23,7 @@ def sort_near(w, counts):
         count = whole_at(w.grid, counts + i)
         set_whole(w.grid, counts + i, first)
         first += count
-    for k in range(w.nears):  # the records' bodies are not known yet: there is room for what is sorted
+    for k in range(w.nears):  # fields that are not set yet take the sorted shapes, guards and gaps
         p = near_at(w.near, k)
         i = whole_at(w.grid, counts + p.a)
         set_whole(w.grid, counts + p.a, i + 1)

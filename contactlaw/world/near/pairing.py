@@ -1,7 +1,7 @@
-"""Which two shapes make a pair, and which are near: whole shapes first, then the parts by which they meet.
+"""Which two shapes make a pair, and which are near: first as whole shapes, then as the parts by which they meet.
 
-Corners, edges and rims lie within their core. Two cores, or a core and a plane, are parted by a pair of planes across
-one normal, which all parts are behind: of a hull's hundreds of parts most are told apart by one product each.
+Corners, edges and rims lie within their core. Two cores, or a core and a plane, are separated by two parallel planes;
+all parts of a shape lie behind its plane. So one product excludes most of the hundreds of parts of a hull.
 """
 
 from __future__ import annotations
@@ -39,20 +39,20 @@ from contactlaw.world.data.records import (
     TANGENT,
 )
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub
-from contactlaw.world.near.guards import enough, new_guard, parted
+from contactlaw.world.near.guards import new_guard, parts_margin, separate
 from contactlaw.world.shapes.geometry import OF_FACE, centre, function_for, half_axis, is_ignored, meet
 from contactlaw.world.shapes.segments import clip
 
 
 @jit_inside
 def is_part(s):
-    """Whether a shape is a part of another one."""
+    """Return whether a shape is a part of another one."""
     return s.kind == CORNER or (EDGE <= s.kind <= SIDE)
 
 
 @jit_inside
-def size(s):
-    """Radius [m] of the sphere around a shape that is not a plane."""
+def bounding_radius(s):
+    """Return the radius [m] of the sphere around a shape that is not a plane."""
     if s.kind < SEGMENT:
         return s.radius
     return (s.radius if s.kind < BOX else 0.0) + norm(load(s.half))
@@ -60,7 +60,7 @@ def size(s):
 
 @jit_inside
 def meets(kind_a, kind_b):
-    """Whether shapes of two kinds can touch; kind_a <= kind_b."""
+    """Return whether shapes of two kinds can touch; kind_a <= kind_b."""
     if kind_a == SPHERE:
         return kind_b in (SPHERE, SEGMENT) or kind_b >= ELLIPSOID
     if kind_a < SEGMENT:
@@ -80,7 +80,7 @@ def meets(kind_a, kind_b):
 
 @jit_inside
 def pair_of(w, i, j):
-    """Number of the pair that shape i as A makes with shape j as B, or with parts of it, or -1."""
+    """Return the number of the pair of materials of shape i as A and shape j as B, or parts of them; -1: none."""
     sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
     still = body_at(w.bodies, sa.body).inverse_mass == 0.0 and body_at(w.bodies, sb.body).inverse_mass == 0.0
     if sa.body == sb.body or still or (sb.kind == TANGENT and sb.partner != i):
@@ -90,14 +90,14 @@ def pair_of(w, i, j):
 
 @jit_inside
 def can_touch(w, i, j):
-    """Whether shape i as A can touch shape j as B."""
+    """Return whether shape i as A can touch shape j as B."""
     a, b = shape_at(w.shapes, i).kind, shape_at(w.shapes, j).kind
     return a <= b and meets(a, b) and pair_of(w, i, j) >= 0
 
 
 @jit_inside
-def consider(w, i, j):
-    """List two whole shapes, and parts of them, if they make a pair and are near."""
+def list_pair(w, i, j):
+    """List two whole shapes, or their parts, if they make a pair and are near."""
     if shape_at(w.shapes, i).kind > shape_at(w.shapes, j).kind:
         i, j = j, i
     if pair_of(w, i, j) < 0:
@@ -107,11 +107,11 @@ def consider(w, i, j):
     margin, guard = a.margin + b.margin, -1
     if sb.kind < PLANE:
         d = add(sub(load(a.position), load(b.position)), sub(centre(sa, a), centre(sb, b)))
-        far = margin + size(sa) + size(sb)
+        far = margin + bounding_radius(sa) + bounding_radius(sb)
         if dot(d, d) > far * far:
             return
     if sa.kind >= BOX:
-        consider_parts(w, i, j, margin)
+        list_cores(w, i, j, margin)
         return
     if not meets(sa.kind, sb.kind):
         return
@@ -123,19 +123,22 @@ def consider(w, i, j):
         return
     if sa.kind >= SEGMENT or ELLIPSOID <= sb.kind <= HULL or sb.kind == HEIGHT_FIELD:
         guard = new_guard(w, i, j, w.step)
-    enlist(w, i, j, guard, gap)
+    add_near(w, i, j, guard, gap)
 
 
 @jit_inside
-def consider_parts(w, i, j, margin):
-    """List two cores, or a core and a plane, by what they meet by, if they are near."""
+def list_cores(w, i, j, margin):
+    """List two cores, or a core and a plane, by the parts by which they meet, if they are near.
+
+    If their gap is within the margins but above `parts_margin`, only the guard is kept, and its limit is the gap.
+    """
     k = new_guard(w, i, j, 2.0 * w.step)
     if k < 0:
         return
     g = guard_at(w.guards, k)
-    n, low, high = parted(w, g, ZERO)
-    near = enough(w, g)
-    if low - high > margin or turns_past(w, g):
+    n, low, high = separate(w, g, ZERO)
+    near = parts_margin(w, g)
+    if low - high > margin or hinge_separates(w, g):
         w.guard_count -= 1
     elif low - high > near:
         g.limit, g.unlisted = low - high, 1
@@ -146,14 +149,14 @@ def consider_parts(w, i, j, margin):
         list_parts(w, (i, j), n, high - dot(n, d), (k, near))
         list_parts(w, (j, i), scale(-1.0, n), -low, (k, near))
         if meets(sa.kind, sb.kind):
-            enlist(w, i, j, k, low - high)
+            add_near(w, i, j, k, low - high)
 
 
 @jit_inside
-def turns_past(w, g):
-    """Whether two shapes can never meet, as a plane across the one hinge between their bodies parts them.
+def hinge_separates(w, g):
+    """Return whether two shapes can never meet, as a plane across the only hinge between their bodies separates them.
 
-    The hinge is fixed to both bodies, and so is the plane: of each point the height over it stays as it is.
+    Hinge and plane are fixed to both bodies, so that the height of each point over the plane is constant.
     """
     a, b = shape_at(w.shapes, g.a).body, shape_at(w.shapes, g.b).body
     for one, other in ((a, b), (b, a)):
@@ -165,25 +168,27 @@ def turns_past(w, g):
         before = t.first + link.parent if link.parent >= 0 else t.hangs_on
         if before == other and link.joints == 1 and joint_at(t.joints, link.first_joint).kind == HINGE:
             n = load(axis_at(t.axes, link.first_axis).spin)
-            _, bottom, top = parted(w, g, scale(-1.0, n))
-            _, low, high = parted(w, g, n)
+            _, bottom, top = separate(w, g, scale(-1.0, n))
+            _, low, high = separate(w, g, n)
             return max(low - high, bottom - top) > 0.0 and shape_at(w.shapes, g.b).kind < PLANE
     return False
 
 
 @jit_inside
 def list_parts(w, shapes, n, top, listing):
-    """List the parts of one shape that are near another one, which ends along n at `top` [m] from the first one's
-    centre of mass. listing: the guard, and how near they are to be [m].
+    """List the parts of the first of two shapes that are near the second.
 
-    Of a floor all that its top ends in is near by that plane: the sphere around the other shape tells what is far."""
+    n, top: normal of the plane that the second shape lies behind, and its height [m] over the first one's centre of
+    mass. listing: number of the guard; gap [m] up to which parts are near. All parts at the top of a large floor are
+    near that plane, so parts that are far from the sphere around the second shape are left out too.
+    """
     i, j = shapes
     guard, margin = listing
     other, body = shape_at(w.shapes, j), body_at(w.bodies, shape_at(w.shapes, i).body)
     to, far = ZERO, NEVER
     if other.kind < PLANE:
         b = body_at(w.bodies, other.body)
-        to, far = add(sub(load(b.position), load(body.position)), centre(other, b)), margin + size(other)
+        to, far = add(sub(load(b.position), load(body.position)), centre(other, b)), margin + bounding_radius(other)
     k = shape_at(w.shapes, i).next
     while k != 0:
         s = shape_at(w.shapes, k)
@@ -191,23 +196,26 @@ def list_parts(w, shapes, n, top, listing):
         at = centre(s, body)
         gap = dot(n, at) - s.radius - (abs(dot(n, u)) if s.kind == EDGE else norm(u)) - top
         twice = s.kind == SIDE and s.body < other.body  # two sides meet once
-        near = gap <= margin and apart(sub(to, at), u, s) <= far
-        if near and meets(s.kind, other.kind) and not twice and not over_face(w, s, other, margin):
-            enlist(w, k, j, guard, gap)
+        near = gap <= margin and distance_bound(sub(to, at), u, s) <= far
+        if near and meets(s.kind, other.kind) and not twice and not lies_over_face(w, s, other, margin):
+            add_near(w, k, j, guard, gap)
         k = s.next
 
 
 @jit_inside
-def apart(d, u, s):
-    """How far [m] a point is from a part at least; d: from the part's middle, u: its half axis."""
+def distance_bound(d, u, s):
+    """Return a lower bound on the distance [m] of a point from a part s.
+
+    d: vector to the point from the part's middle; u: its half axis.
+    """
     if s.kind == EDGE:
         d = axpy(-clip(dot(d, u) / dot(u, u)), u, d)
     return norm(d) - s.radius - (0.0 if s.kind == EDGE else norm(u))
 
 
 @jit_inside
-def over_face(w, sa, sb, margin):
-    """Whether an edge is over one face of a box, see `core.lies_over_face`."""
+def lies_over_face(w, sa, sb, margin):
+    """Return whether shape A is an edge that lies over one face of a box B, see `core.lies_over_face`."""
     if sa.kind != EDGE or sb.kind != BOX:
         return False
     a, b = body_at(w.bodies, sa.body), body_at(w.bodies, sb.body)
@@ -216,8 +224,8 @@ def over_face(w, sa, sb, margin):
 
 
 @jit_inside
-def enlist(w, i, j, guard, gap):
-    """List two shapes, which have a guard, or none: -1; and a gap [m] of so much at least."""
+def add_near(w, i, j, guard, gap):
+    """Add two shapes to the near list. guard: number of theirs, -1: none; gap: lower bound on theirs [m]."""
     if w.nears == w.near_room:
         w.lost += 1
         return
@@ -227,8 +235,11 @@ def enlist(w, i, j, guard, gap):
 
 
 @jit_inside
-def enter(w, k, heads):
-    """Begin the record of a near pair that knows its shapes, and hook it to its contact, if there is one."""
+def complete_near(w, k, heads):
+    """Set the other fields of near pair k, whose shapes, guard and gap are known; link it to its contact, if any.
+
+    heads: see `listing.link_contacts`.
+    """
     p = near_at(w.near, k)
     p.body_a, p.body_b = shape_at(w.shapes, p.a).body, shape_at(w.shapes, p.b).body
     p.pair = pair_of(w, p.a, p.b)

@@ -1,10 +1,10 @@
-"""Trees of bodies that an engine's own step has taken past all that they could touch: the world need not fly them.
+"""Which trees an engine's own step has moved past all shapes without contact: the world need not integrate them.
 
-Known of each pair of shapes are its gap at both ends of the step, and how fast it closes there. A gap that closes first
-and opens then is at least where the tangents of both ends meet, as the distance of what is convex is convex; what else
-may be in between is some part of what the speeds change by. These tell nothing of a point at an arm r that turns by an
-angle theta and closes as fast at both ends: it is off its chord by r theta^3/(72 sqrt(3)) at most. So a graze within a
-step that turns by `FURTHEST_TURN` may be missed where it is shallower than 0.8 % of r.
+The gap of each near pair is known at both ends of the step, and so is its closing speed. If a gap closes at first and
+opens later, it is at least as wide as where the tangents of both ends meet, as the distance of convex shapes is convex.
+It may be narrower by DIP_SHARE of the change of the closing speed, times the step. This does not show a point at an arm
+r that turns by an angle theta and closes equally fast at both ends: it leaves its chord by r theta^3/(72 sqrt(3)) at
+most. So in a step in which a body turns by MAX_PASSING_TURN, a graze shallower than 0.8 % of r may be missed.
 """
 
 from __future__ import annotations
@@ -12,41 +12,49 @@ from __future__ import annotations
 from contactlaw.jit import jit_inside
 from contactlaw.world.bodies.motion import closing_at, is_static
 from contactlaw.world.data.access import body_at, guard_at, near_at, tree_at, world_at
-from contactlaw.world.data.records import BOUNDED, MEASURED, PASSES, STAYS
+from contactlaw.world.data.records import BOUNDED, DENIED, MEASURED, PASSES
 from contactlaw.world.data.vec import load, norm, sub
-from contactlaw.world.near.guards import fastest, follow, is_guarded, is_outgrown, keep_gap, parts_through
+from contactlaw.world.near.guards import (
+    closing_bound,
+    may_exceed_limit,
+    raise_listed_gap,
+    stayed_separated,
+    stays_open,
+    update_guard,
+)
 from contactlaw.world.shapes.geometry import meet_near
 
-FURTHEST_TURN = 1.0  # [rad] of a body in a step that passes
-DOUBT = 0.125  # of a step, times the change of a closing speed: by how much a gap may be less
+MAX_PASSING_TURN = 1.0  # [rad] by which a body that passes by everything may turn in a step
+DIP_SHARE = 0.125  # of step times change of closing speed, by which a gap may dip: as a parabola below its chord
 
 
 @jit_inside
 def find_passing(world):
-    """Which trees pass of those that are asked about; their bodies are where they are at the end of the step.
+    """Find which of the trees that are ASKED pass by everything; their bodies are at the end of the step.
 
-    world: its address. The near pairs know gap and closing speed of the step's start, see `step.find_pressed`.
+    world: address of the `records.WORLD`. Near pairs must have their gaps and closing speeds at the start of the step,
+    see `step.find_pressed`.
     """
     w = world_at(world, 0)
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
-        if passes(b):
-            way = norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
-            if way > b.margin or w.step * norm(load(b.spin)) > FURTHEST_TURN:
-                tree_at(b.tree, 0).passes = STAYS
-            if way + 2.0 * w.step * (norm(load(b.velocity)) + b.reach * norm(load(b.spin))) > b.margin:
+        if may_pass(b):
+            travelled = norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
+            if travelled > b.margin or w.step * norm(load(b.spin)) > MAX_PASSING_TURN:
+                tree_at(b.tree, 0).passes = DENIED
+            if travelled + 2.0 * w.step * (norm(load(b.velocity)) + b.reach * norm(load(b.spin))) > b.margin:
                 w.stale = 1
     for k in range(w.guard_count):
         g = guard_at(w.guards, k)
-        before, pace = g.speed, g.speed_now
-        follow(w, g, w.step)
-        g.parted = 1 if parts_through(w, g, pace) else 0
-        if is_outgrown(w, g, 2.0 * w.step):
+        bound_before, speed_before = g.speed, g.speed_now
+        update_guard(w, g, w.step)
+        g.separated = 1 if stayed_separated(w, g, speed_before) else 0
+        if may_exceed_limit(w, g, 2.0 * w.step):
             w.stale = 1
-        if g.moved + w.step * max(before, g.speed) > g.limit:
+        if g.moved + w.step * max(bound_before, g.speed) > g.limit:
             for one in (body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)):
-                if passes(one):
-                    tree_at(one.tree, 0).passes = STAYS
+                if may_pass(one):
+                    tree_at(one.tree, 0).passes = DENIED
     found = True
     first = True
     while found:
@@ -54,39 +62,42 @@ def find_passing(world):
         for k in range(w.nears):
             p = near_at(w.near, k)
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            if not (passes(a) or passes(b)):
+            if not (may_pass(a) or may_pass(b)):
                 continue
-            if not (keeps(a) and keeps(b)) or (first and touches(w, p, a, b)):
+            if not (end_is_known(a) and end_is_known(b)) or (first and may_have_touched(w, p, a, b)):
                 for one in (a, b):
-                    if passes(one):
-                        tree_at(one.tree, 0).passes = STAYS
+                    if may_pass(one):
+                        tree_at(one.tree, 0).passes = DENIED
                         found = True
         first = False
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
-        if passes(b):
+        if may_pass(b):
             tree_at(b.tree, 0).passes = PASSES
 
 
 @jit_inside
-def passes(b):
-    """Whether a body is one of a tree that may pass."""
-    return b.tree != 0 and tree_at(b.tree, 0).passes != STAYS
+def may_pass(b):
+    """Return whether a body belongs to a tree that may pass by everything."""
+    return b.tree != 0 and tree_at(b.tree, 0).passes != DENIED
 
 
 @jit_inside
-def keeps(b):
-    """Whether a body is where the engine has it, or stands."""
-    return is_static(b) or b.asleep != 0 or passes(b)
+def end_is_known(b):
+    """Return whether a body needs no integration by the world: it is at rest, or its tree may pass."""
+    return is_static(b) or b.asleep != 0 or may_pass(b)
 
 
 @jit_inside
-def touches(w, p, a, b):
-    """Whether a pair may have touched within the step; the next one is left with its gap."""
-    speed = max(p.closing_bound, fastest(w, p, a, b))  # at both ends
-    if p.guard >= 0 and guard_at(w.guards, p.guard).parted != 0:
+def may_have_touched(w, p, a, b):
+    """Return whether a pair may have touched within the step.
+
+    Unless a plane has separated both throughout, sets the pair's gap at the end of the step, for the next step.
+    """
+    speed = max(p.closing_bound, closing_bound(w, p, a, b))  # at both ends
+    if p.guard >= 0 and guard_at(w.guards, p.guard).separated != 0:
         return False
-    if is_guarded(w, p, 0.0, w.step * speed):
+    if stays_open(w, p, 0.0, w.step * speed):
         p.gap, p.checked = p.listed_gap - guard_at(w.guards, p.guard).moved, BOUNDED
         return False
     if p.gap > 2.0 * w.step * speed:
@@ -97,8 +108,8 @@ def touches(w, p, a, b):
     overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
     now = closing_at(a, arm_a, b, arm_b, n)
     p.gap, p.closing, p.checked = -overlap, now, MEASURED
-    keep_gap(w, p, 0.0)
+    raise_listed_gap(w, p, 0.0)
     change = abs(now - began)
     closes, opens = began + 0.5 * change, 0.5 * change - now  # an engine's velocities may be half a step behind
-    dip = DOUBT * change + (closes * opens / (closes + opens) if closes > 0.0 and opens > 0.0 else 0.0)
+    dip = DIP_SHARE * change + (closes * opens / (closes + opens) if closes > 0.0 and opens > 0.0 else 0.0)
     return min(before, p.gap) <= w.step * dip

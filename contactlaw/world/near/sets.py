@@ -1,8 +1,7 @@
-"""Two sets of geoms, or links, that may touch: each of the first each of the second, but none itself or one of its
-own body.
+"""Two sets of geoms (or links): each geom of one may touch each of the other, but not itself or its own body's geoms.
 
-Sets of a thousand make half a million pairs; none is written down. What depends on the kinds of two geoms alone is
-asked once for each two kinds.
+Two sets of a thousand make half a million pairs, so pairs are not stored. What depends only on the kinds of two geoms
+is checked once for each two kinds.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ class Sets:
 
     Args:
         ones, twos: Geoms, or their ids, in order.
-        body_of: The body of a geom; two geoms of one body may touch only where they are all that there is.
+        body_of: Returns the body of a geom. Geoms of one body may touch only if each set has a single geom.
     """
 
     def __init__(self, ones: Iterable[Any], twos: Iterable[Any], body_of: Callable[[Any], Any]) -> None:
@@ -27,39 +26,42 @@ class Sets:
         self._allow: Callable[[Any, Any], bool] = lambda one, two: True
 
     def among(self, allow: Callable[[Any, Any], bool]) -> Sets:
-        """These, but for what is not allowed of two geoms."""
+        """Return these sets without the pairs that `allow(one, two)` excludes."""
         out = Sets(self.ones, self.twos, self._body_of)
         out._allow = allow
         return out
 
     def hold(self, one: Any, two: Any) -> bool:
-        """Whether two geoms may touch."""
+        """Return whether two geoms may touch."""
         first, second = self._ranks
         held = (one in first and two in second) or (two in first and one in second)
         return held and self._may_touch(one, two)
 
     def reversed(self, one: Any, two: Any) -> bool:
-        """Whether it is the second of two geoms that touch that belongs to the first set; the earlier, if both do."""
+        """Return whether the second of two geoms counts as the one of the first set.
+
+        If both orders fit, the geom that is earlier in the first set counts as the one of the first set.
+        """
         first, second = self._ranks
         if not (two in first and one in second):
             return False
         return not (one in first and two in second) or first[two] < first[one]
 
     def example(self, ones: Iterable[Any], twos: Iterable[Any]) -> tuple[Any, Any] | None:
-        """Two geoms that may touch, of these that are of the first set and of the second; None: there are none."""
+        """Return two geoms that may touch, of subsets of the first and of the second set; None: there are none."""
         ones, twos = list(ones), list(twos)
         found = ((one, two) for one, two in _rows(ones, twos) if self._may_touch(one, two))
         return next(found, None)
 
     def common(self, other: Sets) -> tuple[Any, Any] | None:
-        """Two geoms that may touch by both; None: there are none."""
+        """Return two geoms that may touch by these sets and by other ones; None: there are none."""
         straight = self.example((a for a in self.ones if a in other._ranks[0]),
                                 (b for b in self.twos if b in other._ranks[1]))  # fmt: skip
         return straight or self.example((a for a in self.ones if a in other._ranks[1]),
                                         (b for b in self.twos if b in other._ranks[0]))  # fmt: skip
 
     def by_kinds(self, kind_of: Callable[[Any], Hashable]) -> Iterator[tuple[Any, Any]]:
-        """Two geoms that may touch for each two kinds of which there are such."""
+        """Yield two geoms that may touch for each two kinds that have such geoms."""
         ones, twos = (groups(geoms, kind_of) for geoms in (self.ones, self.twos))
         for one in ones.values():
             for two in twos.values():
@@ -68,7 +70,7 @@ class Sets:
                     yield found
 
     def every(self, among: Callable[[Any], bool] = lambda _: True) -> Iterator[tuple[Any, Any]]:
-        """All pairs of which one geom is among those meant, each once: of all, as many as the product of the sets."""
+        """Yield, once each, pairs with a geom for which `among` is true; by default all pairs, one by one."""
         first, second = self._ranks
         meant = [two for two in self.twos if among(two)]
         for one in self.ones:
@@ -82,7 +84,7 @@ class Sets:
 
 
 def groups(geoms: Iterable[Any], kind_of: Callable[[Any], Hashable]) -> dict[Any, list[Any]]:
-    """Geoms by their kinds."""
+    """Return lists of geoms by kind."""
     out: dict[Any, list[Any]] = {}
     for geom in geoms:
         out.setdefault(kind_of(geom), []).append(geom)
@@ -90,8 +92,10 @@ def groups(geoms: Iterable[Any], kind_of: Callable[[Any], Hashable]) -> dict[Any
 
 
 def _rows(ones: list[Any], twos: list[Any]) -> Iterator[tuple[Any, Any]]:
-    """The first three of each with all of the other: among these pairs is one of different bodies, and one of links of
-    a tree that are not neighbours in it, if there is one at all.
+    """Yield the pairs of the first three geoms of each list with all of the other.
+
+    If any two may touch, two of these may: they include geoms of different bodies, and links of a tree that are not
+    neighbours, if there are any.
     """
     yield from ((one, two) for one in ones[:3] for two in twos)
     yield from ((one, two) for one in ones for two in twos[:3])

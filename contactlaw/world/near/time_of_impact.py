@@ -1,4 +1,4 @@
-"""When two near shapes could touch: one step of conservative advancement."""
+"""Times of impact of near pairs: one step of conservative advancement."""
 
 from __future__ import annotations
 
@@ -20,35 +20,36 @@ from contactlaw.world.data.access import shape_at
 from contactlaw.world.data.call import ask_time
 from contactlaw.world.data.records import HEIGHT_FIELD, NEVER, PLANE, SEGMENT, SPHERE
 from contactlaw.world.data.vec import add, dot, load, norm, sub
-from contactlaw.world.near.guards import keeps_apart, over_plane
+from contactlaw.world.near.guards import cores_stay_apart, meet_half_space
 from contactlaw.world.shapes.geometry import OF_TIME, centre, meet_near
 
-OVER = 0.01  # of the radius, over a plane that parts whole shapes: what is higher is seen against this alone
+CLEAR_HEIGHT = 0.01  # of A's radius: where A is higher over a separating plane, its gap is taken from that plane
 
 
 @jit_inside
-def bending(b, time):
-    """Return a bound on the acceleration [m/s^2] by rotation of a body's points within a time [s]."""
+def speed_growth_bound(b, time):
+    """Return a bound [m/s^2] on how fast rotation and joints raise the speed of a body's points, within a time [s]."""
     return turning_bound(b, time) * b.reach + change_bound(b, b.reach, time)
 
 
 @jit_inside
 def predict(w, p, a, b, now, left):
-    """Time of impact of two near shapes, at the earliest; now: of the step, left: what there is of it after [s].
+    """Predict the time of impact [s] of a near pair: a lower bound, NEVER if it is not within the step.
 
-    a, b: their bodies, as they are now.
+    Sets `toi`, `gap`, `closing`, `acceleration` and `checked` of the pair. a, b: its bodies, as they are now; now: time
+    of the step; left: time from now to its end [s].
 
     A step of conservative advancement (Mirtich 1996): the time is never too late, and exact for spheres that meet head
-    on. What the closing acceleration leaves out, the line of centres that turns, opens the gap, as the distance of a
-    point from what is convex is convex; that of shapes off their body's centre, which changes as the body turns, is
+    on. The closing acceleration leaves out that the line of centres turns. This opens the gap, as the distance of a
+    point from a convex shape is convex. The motion of shapes off their body's centre changes as the body turns; this is
     bounded.
     """
     sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
     p.checked = now
-    if keeps_apart(w, p, a, b, left):
+    if cores_stay_apart(w, p, a, b, left):
         return
-    overlap, n, arm_a, arm_b = over_plane(w, p, a, b)
-    if overlap > -OVER * sa.radius:
+    overlap, n, arm_a, arm_b = meet_half_space(w, p, a, b)
+    if overlap > -CLEAR_HEIGHT * sa.radius:
         overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
     p.gap = -overlap
     p.closing = closing_at(a, arm_a, b, arm_b, n)
@@ -58,9 +59,9 @@ def predict(w, p, a, b, now, left):
     p.toi = now
     if overlap > 0.0:
         return
-    if sb.kind == HEIGHT_FIELD:  # not convex: it comes nearer as fast as any point moves, at most
+    if sb.kind == HEIGHT_FIELD:  # not convex: the gap closes at most as fast as any point moves
         p.closing = greatest_closing(a, b)
-        p.acceleration = norm(rest) + bending(a, left) + bending(b, left)
+        p.acceleration = norm(rest) + speed_growth_bound(a, left) + speed_growth_bound(b, left)
         wait = time_to_close(p.gap, p.closing, p.acceleration)
         p.toi = now + wait if wait < left else NEVER
         return
