@@ -151,11 +151,12 @@ def add_square_rate(w, p):
     The square of the frequency at which a body oscillates on several springs is at most the sum of their own squares.
     Balls are left out, which are not `oriented`: few of the contacts around a ball push along one line.
     """
-    if p.closed != 0:
-        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+    a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+    counts_a, counts_b = a.oriented != 0 and a.inverse_mass != 0.0, b.oriented != 0 and b.inverse_mass != 0.0
+    if p.closed != 0 and (counts_a or counts_b):
         rate = oscillation_duration(w, contact_at(w.contacts, p.slot), a, b) ** -2
-        for one in (a, b):
-            one.square_rate += rate if one.oriented != 0 and one.inverse_mass != 0.0 else 0.0
+        a.square_rate += rate if counts_a else 0.0
+        b.square_rate += rate if counts_b else 0.0
 
 
 @jit_inside
