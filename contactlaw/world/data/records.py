@@ -119,8 +119,7 @@ TREE = record(
     decay="f8",  # [1/s] at which damping may slow a velocity, at most
     lag="f8", span="f8",  # [s] s of M + s D, by which damping is implicit, see `trees.motion`; length of the step
     midway="i8",  # 1: damping acts on the velocities at the start of a group of substeps, which are in `room`
-    # whether it passes by everything, so that it stays where the engine's step has put it, see `near.passing`
-    passes="i8",  # DENIED: no; ASKED: to be found; PASSES: yes
+    passes="i8",  # whether it may stay where the engine's step has put it, see `near.passing`: DENIED, ASKED, PASSES
     disturbed="i8",  # 1: it sleeps, but its coordinates, velocities or forces are not those that it fell asleep with
 )  # fmt: skip
 """A kinematic tree: bodies joined by joints, in generalised coordinates."""
