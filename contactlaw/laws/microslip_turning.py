@@ -141,15 +141,15 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
     n = memory.shape[1]  # not law.w.size, a constant: the compiler would unroll these loops and not vectorise them
     rate = 1.0 / (overlap - before) if overlap > before else 1e300
     room = np.empty((5, n))
-    springs = Springs(room[0], room[1:3], room[3:5])
+    most, free, new = springs = Springs(room[0], room[1:3], room[3:5])
     load, active, pull_u, pull_v, dissipated = 0.0, 0, 0.0, 0.0, 0.0
     for i in range(n):
         z = max(overlap - s2 * law.x2[i], 0.0)
         part = min(z * rate, 1.0)
         u, v = memory[0, i] + part * gu, memory[1, i] + part * gv
         back = min(cap * z / sqrt(u * u + v * v + 1e-300), 1.0)
-        springs.limit[i], springs.free[0, i], springs.free[1, i] = cap * z, u, v
-        springs.new[0, i], springs.new[1, i] = back * u, back * v
+        most[i], free[0, i], free[1, i] = cap * z, u, v
+        new[0, i], new[1, i] = back * u, back * v
         load += law.w[i] * z
         active += z > 0.0
     rings = rings_of(law, memory, springs, active)
@@ -162,7 +162,7 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
     if dissipated < 0.0 and (overlap >= before or tolerance == 0.0):  # else the mean force does not give the work
         pull_back(law, memory, springs, dissipated, 1.0 if overlap >= before else 0.0)
     for i in range(n):
-        memory[0, i], memory[1, i] = u, v = springs.new[0, i], springs.new[1, i]
+        memory[0, i], memory[1, i] = u, v = new[0, i], new[1, i]
         pull_u += law.w[i] * u
         pull_v += law.w[i] * v
     within = min(cap * load / sqrt(pull_u * pull_u + pull_v * pull_v + 1e-300), 1.0)
@@ -173,18 +173,18 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
 def rings_of(law, memory, springs, active):
     """Rings of the tractions of springs; only `active` ones are in contact."""
     n, room = memory.shape[1], np.zeros((7, memory.shape[1]))
-    rings = Rings(room[0], room[1:3], room[3:5], room[5:7])
+    rings, (most, free, new) = Rings(room[0], room[1:3], room[3:5], room[5:7]), springs
     for j in range(active):
         limit, fu, fv, before_u, before_v, out_u, out_v = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for i in range(n):
             b, slip = law.surface[j, i], law.slip[j, i]
-            limit += b * springs.limit[i]
-            fu += b * springs.new[0, i]
-            fv += b * springs.new[1, i]
+            limit += b * most[i]
+            fu += b * new[0, i]
+            fv += b * new[1, i]
             before_u += b * memory[0, i]
             before_v += b * memory[1, i]
-            out_u += slip * (springs.free[0, i] - springs.new[0, i])
-            out_v += slip * (springs.free[1, i] - springs.new[1, i])
+            out_u += slip * (free[0, i] - new[0, i])
+            out_v += slip * (free[1, i] - new[1, i])
         limit, square = max(limit, 0.0), before_u * before_u + before_v * before_v
         onto = limit / sqrt(square) if square > NEAR * limit * limit else 1.0
         rings.limit[j], rings.force[0, j], rings.force[1, j] = limit, fu, fv
