@@ -1,24 +1,25 @@
-"""Scenes that the tests of the MuJoCo plugin share."""
+"""MuJoCo, and scenes that the tests of its plugin share; a test that imports them is skipped where MuJoCo is not."""
 
-import mujoco
 import numpy as np
+import pytest
 
 from contactlaw import MATERIALS, ContactPair, rebound
-from contactlaw.mujoco_plugin import add_contact
+from contactlaw.jit import INTERPRETED
+
+mujoco = pytest.importorskip("mujoco")
+if INTERPRETED:
+    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
+
+from contactlaw.mujoco_plugin import add_contact  # noqa: E402
 
 STEEL = MATERIALS["steel"]
-
-
-RADIUS = 0.0254
-
-
-DENSITY = 7833.0
-
-
+RADIUS, DENSITY = 0.0254, 7833.0
 MASS = 4.0 / 3.0 * np.pi * RADIUS**3 * DENSITY
-
-
 GEOM = mujoco.mjtGeom
+
+
+def with_data(model):
+    return model, mujoco.MjData(model)
 
 
 def ball_on_floor(pair, timestep=1e-6, floor="plane", gravity=0.0, **settings):
@@ -47,8 +48,7 @@ def impact_error(pair, psi_1, steps_a_contact, heading=0.3, phase=0.5, floor="pl
     """psi_2 in the engine less the law's own."""
     step = duration(pair) / steps_a_contact
     spec, _ = ball_on_floor(pair, step, floor)
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     along = np.array([np.cos(heading), np.sin(heading), 0.0])
     scale = pair.kappa / pair.friction
     data.qpos[2] += phase * step

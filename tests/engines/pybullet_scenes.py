@@ -1,4 +1,4 @@
-"""Scenes that the tests of the PyBullet callback share."""
+"""PyBullet, and scenes that the tests of its callback share; a test that imports them is skipped where it is not."""
 
 from __future__ import annotations
 
@@ -6,22 +6,19 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import pybullet as p
+import pytest
 from numpy.typing import ArrayLike
 
 from contactlaw import MATERIALS, ContactPair, rebound
-from contactlaw.pybullet_callback import ContactCallback
+
+p = pytest.importorskip("pybullet")
+
+from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
 
 RADIUS = 0.0254
-
-
 UP = np.array([0.0, 0.0, 1.0])
-
-
 FREE = {"linearDamping": 0.0, "angularDamping": 0.0, "maxJointVelocity": 1e6, "jointDamping": 0.0}
 # Material, friction, restitution, approach speed [m/s]: such that the overlap stays below a hundredth of the radius.
-
-
 CASES = {"steel": (0.115, 0.93, 1.0), "rubber": (2.4, 0.86, 0.05)}
 
 

@@ -8,18 +8,14 @@ import sys
 import warnings
 from pathlib import Path
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import mujoco
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from contactlaw import ContactPair, ContactWarning  # noqa: E402
-from contactlaw.mujoco_plugin import contacts_of, load_model, save_model  # noqa: E402
-from contactlaw.mujoco_plugin.drop_in import NEEDS  # noqa: E402
-from contactlaw.world.data import demand  # noqa: E402
+from contactlaw import ContactPair, ContactWarning
+from contactlaw.mujoco_plugin import contacts_of, load_model, save_model
+from contactlaw.mujoco_plugin.drop_in import NEEDS
+from contactlaw.world.data import demand
 
 STEEL = ContactPair("steel", "steel", friction=0.115, restitution=0.9)
 CONTACTS = [("ball", "floor", STEEL)]

@@ -1,16 +1,10 @@
 """Large sets of geoms in MuJoCo: nothing of a model grows with the square of how many there are."""
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import DENSITY, GEOM, mujoco, steel_pair, with_data
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from mujoco_scenes import DENSITY, GEOM, steel_pair  # noqa: E402
-
-from contactlaw.mujoco_plugin import add_contact, contacts_of, overlaps_of  # noqa: E402
+from contactlaw.mujoco_plugin import add_contact, contacts_of, overlaps_of
 
 RADIUS = 0.01
 
@@ -81,8 +75,7 @@ def test_two_sets_that_touch_each_other_keep_what_is_native_within_each():
 def test_contacts_of_large_sets_are_those_that_overlap():
     spec, balls = lattice(343, 1.999)
     name = add_contact(spec, balls, [*balls, "floor"], steel_pair(), others=False)
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     mujoco.mj_forward(model, data)
     expected = 3 * 7 * 7 * 6
     assert len(overlaps_of(model, data)) == expected

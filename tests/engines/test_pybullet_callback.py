@@ -7,14 +7,10 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from pybullet_scenes import FREE, RADIUS, ball, p, pair_of, plane, run, shape, slab, velocities
 
 from contactlaw import ContactWarning
-
-p = pytest.importorskip("pybullet")
-
-from pybullet_scenes import FREE, RADIUS, ball, pair_of, plane, run, shape, slab, velocities  # noqa: E402
-
-from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
+from contactlaw.pybullet_callback import ContactCallback
 
 
 @pytest.mark.parametrize("height", [0.5, 0.4987, 0.41])

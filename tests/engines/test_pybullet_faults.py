@@ -9,15 +9,10 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from pybullet_scenes import FREE, RADIUS, ball, p, paddle, pair_of, plane, run, shape, velocities
 
-p = pytest.importorskip("pybullet")
-if __import__("numba").config.DISABLE_JIT:
-    pytest.skip("the callback needs compiled code", allow_module_level=True)
-
-from pybullet_scenes import FREE, RADIUS, ball, paddle, pair_of, plane, run, shape, velocities  # noqa: E402
-
-from contactlaw import ContactWarning  # noqa: E402
-from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
+from contactlaw import ContactWarning
+from contactlaw.pybullet_callback import ContactCallback
 
 BY_BOTH = pytest.mark.parametrize("ahead", [True, False], ids=["call", "step"])
 

@@ -7,26 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pybullet_scenes import CASES, RADIUS, ball, ball_on_plane, impact, p, pair_of, plane, run, slab, step, velocities
 
 from contactlaw import LAWS
-
-p = pytest.importorskip("pybullet")
-
-from pybullet_scenes import (  # noqa: E402
-    CASES,
-    RADIUS,
-    ball,
-    ball_on_plane,
-    impact,
-    pair_of,
-    plane,
-    run,
-    slab,
-    step,
-    velocities,
-)
-
-from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
+from contactlaw.pybullet_callback import ContactCallback
 
 
 @pytest.mark.parametrize("material", CASES)

@@ -7,19 +7,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pybullet_scenes import FREE, RADIUS, ball, p, paddle, pair_of, plane, run, shape, step, velocities
 
-p = pytest.importorskip("pybullet")
+from contactlaw import MATERIALS, ContactPair, Material
+from contactlaw.pybullet_callback import ContactCallback
+from contactlaw.pybullet_callback.trees import Tree
+from contactlaw.world import World
+from contactlaw.world.trees.coordinates import numbers, write_coordinates
+from tests.world.jointed_scenes import mass_matrix
 
-import pybullet_data  # noqa: E402
-from pybullet_scenes import FREE, RADIUS, ball, paddle, pair_of, plane, run, shape, step, velocities  # noqa: E402
-
-from contactlaw import MATERIALS, ContactPair, Material  # noqa: E402
-from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
-from contactlaw.pybullet_callback.trees import Tree  # noqa: E402
-from contactlaw.world import World  # noqa: E402
-from contactlaw.world.trees.coordinates import numbers, write_coordinates  # noqa: E402
-from tests.world.jointed_scenes import mass_matrix  # noqa: E402
-
+pybullet_data = pytest.importorskip("pybullet_data")
 G = 9.81
 
 

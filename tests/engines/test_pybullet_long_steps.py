@@ -4,23 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pybullet_scenes import RADIUS, ball, ball_on_plane, p, pair_of, plane, run, slab, step, totals, velocities
 
-p = pytest.importorskip("pybullet")
-
-from pybullet_scenes import (  # noqa: E402
-    RADIUS,
-    ball,
-    ball_on_plane,
-    pair_of,
-    plane,
-    run,
-    slab,
-    step,
-    totals,
-    velocities,
-)
-
-from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
+from contactlaw.pybullet_callback import ContactCallback
 
 STEP = 1 / 240
 

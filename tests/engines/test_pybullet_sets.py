@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pybullet_scenes import RADIUS, ball, p, pair_of, plane, run, shape, velocities
 
-p = pytest.importorskip("pybullet")
-
-from pybullet_scenes import RADIUS, ball, pair_of, plane, run, shape, velocities  # noqa: E402
-
-from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
+from contactlaw.pybullet_callback import ContactCallback
 
 
 @pytest.mark.parametrize("dt", [1e-6, 1e-4, 1 / 240])

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pybullet_scenes import FREE, RADIUS, ball, impact, p, pair_of, plane, run, shape, slab, step, velocities
 
-p = pytest.importorskip("pybullet")
-
-from pybullet_scenes import FREE, RADIUS, ball, impact, pair_of, plane, run, shape, slab, step, velocities  # noqa: E402
-
-from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
-from contactlaw.world import World  # noqa: E402
+from contactlaw.pybullet_callback import ContactCallback
+from contactlaw.world import World
 
 G = 9.81
 
