@@ -22,6 +22,13 @@ def with_data(model):
     return model, mujoco.MjData(model)
 
 
+def free_ball(spec, place, name="ball", radius=RADIUS):
+    """A steel ball; body and geom have the name."""
+    body = spec.worldbody.add_body(name=name, pos=place)
+    body.add_freejoint()
+    return body.add_geom(name=name, size=[radius, 0, 0], density=DENSITY)
+
+
 def ball_on_floor(pair, timestep=1e-6, floor="plane", gravity=0.0, **settings):
     spec = mujoco.MjSpec()
     spec.option.timestep = timestep
@@ -30,9 +37,7 @@ def ball_on_floor(pair, timestep=1e-6, floor="plane", gravity=0.0, **settings):
         spec.worldbody.add_geom(name="floor", type=GEOM.mjGEOM_PLANE, size=[1, 1, 0.1])
     else:
         spec.worldbody.add_geom(name="floor", type=GEOM.mjGEOM_BOX, size=[1, 1, 0.1], pos=[0, 0, -0.1])
-    body = spec.worldbody.add_body(name="body", pos=[0, 0, RADIUS])
-    body.add_freejoint()
-    body.add_geom(name="ball", size=[RADIUS, 0, 0], density=DENSITY)
+    free_ball(spec, [0, 0, RADIUS])
     return spec, add_contact(spec, "ball", "floor", pair, **settings)
 
 

@@ -76,6 +76,18 @@ def pair_of(material: str = "steel", **changes: Any) -> ContactPair:
     return ContactPair(m, m, **settings)
 
 
+def in_contact(
+    client: int, a: Any, b: Any, pair: ContactPair, *, dt: float | None = None, gravity: float = 0.0, **settings: Any
+) -> tuple[ContactCallback, int]:
+    """A callback with one contact, and its handle; sets step and gravity where they are given."""
+    if dt is not None:
+        p.setTimeStep(dt, client)
+    if gravity:
+        p.setGravity(0, 0, -gravity, client)
+    callback = ContactCallback(client)
+    return callback, callback.add_contact(a, b, pair, **settings)
+
+
 def impact(
     client: int, material: str, psi_1: float, steps: float, *,
     launch: str = "oblique", angle: float = 0.0, phase: float = 0.0, gyration2: float = 0.4,
@@ -129,19 +141,11 @@ def paddle(client: int, base_mass: float = 0.0) -> int:
 
 
 def ball_on_plane(
-    client: int,
-    dt: float,
-    place: ArrayLike,
-    velocity: ArrayLike = (0, 0, 0),
-    spin: ArrayLike = (0, 0, 0),
-    **changes: Any,
+    client: int, dt: float, place: ArrayLike, velocity: ArrayLike = (0, 0, 0), **changes: Any
 ) -> tuple[int, ContactCallback, int]:
     """A steel ball over a plane under gravity: body, callback, handle."""
     floor, body = plane(client), ball(client, place, velocity)
-    p.setGravity(0, 0, -9.81, client)
-    p.setTimeStep(dt, client)
-    callback = ContactCallback(client)
-    return body, callback, callback.add_contact(body, floor, pair_of(**changes))
+    return body, *in_contact(client, body, floor, pair_of(**changes), dt=dt, gravity=9.81)
 
 
 def totals(client: int, bodies: dict[int, tuple[float, float]]) -> tuple[np.ndarray, np.ndarray, float]:

@@ -4,7 +4,18 @@ import warnings
 
 import numpy as np
 import pytest
-from mujoco_scenes import DENSITY, GEOM, MASS, RADIUS, ball_on_floor, impact_error, mujoco, steel_pair, with_data
+from mujoco_scenes import (
+    DENSITY,
+    GEOM,
+    MASS,
+    RADIUS,
+    ball_on_floor,
+    free_ball,
+    impact_error,
+    mujoco,
+    steel_pair,
+    with_data,
+)
 
 from contactlaw import LAWS
 from contactlaw.mujoco_plugin import add_contact
@@ -71,9 +82,7 @@ def test_two_balls_keep_momentum_and_angular_momentum():
     spec.option.timestep, spec.option.gravity = 1e-6, [0, 0, 0]
     places = np.array([[0, 0, 0], [0.3, 0.2, 1.0] / np.linalg.norm([0.3, 0.2, 1.0]) * 2 * RADIUS])
     for i, place in enumerate(places):
-        body = spec.worldbody.add_body(pos=place)
-        body.add_freejoint()
-        body.add_geom(name=f"ball{i}", size=[RADIUS, 0, 0], density=DENSITY)
+        free_ball(spec, place, f"ball{i}")
     add_contact(spec, "ball0", "ball1", steel_pair())
     model, data = with_data(spec.compile())
     data.qvel[:] = [0.1, 0.2, 0.8, 30, -10, 20, -0.3, 0.1, -0.9, 5, 40, -7]
@@ -103,9 +112,7 @@ def test_a_hinged_paddle_returns_the_ball_without_making_energy():
     arm = spec.worldbody.add_body(name="arm")
     arm.add_joint(name="hinge", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0])
     arm.add_geom(name="paddle", type=GEOM.mjGEOM_BOX, size=[0.02, 0.1, 0.1], pos=[0, 0, 0.4], density=2000)
-    ball = spec.worldbody.add_body(name="ball", pos=[0.02 + RADIUS, 0, 0.42])
-    ball.add_freejoint()
-    ball.add_geom(name="ball_geom", size=[RADIUS, 0, 0], density=DENSITY)
+    free_ball(spec, [0.02 + RADIUS, 0, 0.42], "ball_geom")
     add_contact(spec, "ball_geom", "paddle", steel_pair(restitution=1.0))
     model, data = with_data(spec.compile())
     data.qvel[model.jnt_dofadr[1] :][:3] = [-1.0, 0.1, 0.2]
@@ -121,9 +128,7 @@ def test_a_hinged_paddle_returns_the_ball_without_making_energy():
 def test_free_flight_is_untouched():
     spec, _ = ball_on_floor(steel_pair(), timestep=1e-3)
     plain = mujoco.MjSpec.from_string("<mujoco><option gravity='0 0 0' timestep='1e-3'/></mujoco>")
-    body = plain.worldbody.add_body(pos=[0, 0, RADIUS])
-    body.add_freejoint()
-    body.add_geom(size=[RADIUS, 0, 0], density=DENSITY)
+    free_ball(plain, [0, 0, RADIUS])
     after = []
     for model in (spec.compile(), plain.compile()):
         data = mujoco.MjData(model)

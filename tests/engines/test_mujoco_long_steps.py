@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mujoco_scenes import DENSITY, GEOM, MASS, RADIUS, ball_on_floor, duration, mujoco, steel_pair, with_data
+from mujoco_scenes import DENSITY, GEOM, MASS, RADIUS, ball_on_floor, duration, free_ball, mujoco, steel_pair, with_data
 
 from contactlaw import LAWS, rebound
 from contactlaw.mujoco_plugin import add_contact, contacts_of
@@ -152,9 +152,7 @@ def test_a_hinged_paddle_returns_the_ball_alike_at_any_step(damping):
             hinge = arm.add_joint(name="hinge", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0])
             hinge.damping[0] = damping
             arm.add_geom(name="paddle", type=GEOM.mjGEOM_BOX, size=[0.02, 0.1, 0.1], pos=[0, 0, 0.4], density=2000)
-            ball = spec.worldbody.add_body(name="ball", pos=[0.03 + RADIUS + phase * 2e-3, 0, 0.42])
-            ball.add_freejoint()
-            ball.add_geom(name="round", size=[RADIUS, 0, 0], density=DENSITY)
+            free_ball(spec, [0.03 + RADIUS + phase * 2e-3, 0, 0.42], "round")
             add_contact(spec, "round", "paddle", steel_pair(restitution=1.0))
             model, data = with_data(spec.compile())
             data.qvel[0], data.qvel[1:4] = 0.5, [-1.0, 0.1, 0.2]
@@ -170,9 +168,7 @@ def test_nothing_passes_through_a_thin_box():
     spec = mujoco.MjSpec()
     spec.option.gravity = [0, 0, 0]
     spec.worldbody.add_geom(name="wall", type=GEOM.mjGEOM_BOX, size=[1, 1, 1e-3])
-    body = spec.worldbody.add_body(name="ball", pos=[0, 0, 0.5])
-    body.add_freejoint()
-    body.add_geom(name="round", size=[RADIUS, 0, 0], density=DENSITY)
+    free_ball(spec, [0, 0, 0.5], "round")
     add_contact(spec, "round", "wall", steel_pair(restitution=1.0))
     model, data = with_data(spec.compile())
     data.qvel[2] = -100.0

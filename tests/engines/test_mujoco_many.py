@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mujoco_scenes import DENSITY, GEOM, MASS, RADIUS, mujoco, steel_pair, with_data
+from mujoco_scenes import DENSITY, GEOM, MASS, RADIUS, free_ball, mujoco, steel_pair, with_data
 
 from contactlaw import ContactPair, rebound
 from contactlaw.mujoco_plugin import add_contact, contacts_of, ledger_of
@@ -21,9 +21,7 @@ def balls(places, timestep=2e-3, gravity=0.0, floor=False):
     if floor:
         spec.worldbody.add_geom(name="floor", type=GEOM.mjGEOM_PLANE, size=[1, 1, 0.1])
     for i, place in enumerate(places):
-        body = spec.worldbody.add_body(name=f"body{i}", pos=place)
-        body.add_freejoint()
-        body.add_geom(name=f"ball{i}", size=[RADIUS, 0, 0], density=DENSITY)
+        free_ball(spec, place, f"ball{i}")
     return spec
 
 
@@ -183,9 +181,7 @@ def test_a_bounce_is_read_out(swapped):
     spec = mujoco.MjSpec()
     spec.option.timestep, spec.option.gravity = 2e-3, [0, 0, 0]
     spec.worldbody.add_geom(name="floor", type=GEOM.mjGEOM_PLANE, size=[1, 1, 0.1])
-    body = spec.worldbody.add_body(pos=[0, 0, RADIUS + 1e-3])
-    body.add_freejoint()
-    body.add_geom(name="ball", size=[RADIUS, 0, 0], density=DENSITY)
+    free_ball(spec, [0, 0, RADIUS + 1e-3])
     geoms = ("floor", "ball") if swapped else ("ball", "floor")
     name = add_contact(spec, *geoms, pair)
     model, data = with_data(spec.compile())
