@@ -14,6 +14,7 @@ from contactlaw.laws.record import contact_of
 from contactlaw.losses import FallingFriction, Viscoelastic
 from contactlaw.world import World
 from tests.world.chains import Chain, Link
+from tests.world.world_scenes import goes_on_alike
 
 STEEL = MATERIALS["steel"]
 RADIUS, GRAVITY, DENSITY, RESISTANCE = 0.01, 9.81, 7833.0, 0.01
@@ -80,28 +81,7 @@ def test_without_resistance_it_rolls_for_ever() -> None:
 def test_it_goes_on_from_a_copy_to_the_bit() -> None:
     world = rolling_ball(0.05)
     world.step(50)
-    saved = world.save()
-    world.step(60)
-    spin = world.spin.copy()
-    world.restore(saved)
-    world.step(60)
-    np.testing.assert_array_equal(world.spin, spin)
-
-
-def test_two_balls_that_strike_keep_their_momenta() -> None:
-    world = World(gravity=0.0, timestep=1e-4)
-    bodies = [
-        world.add_body(MASS, INERTIA, (-0.0101, 0.0, 0.0), (1.0, 0.0, 0.0), spin=(90.0, 200.0, 5.0)),
-        world.add_body(MASS, INERTIA, (0.0101, 0.001, 0.0), (-1.0, 0.3, 0.0), spin=(-70.0, 0.0, -400.0)),
-    ]
-    first, second = (world.add_sphere(body, RADIUS) for body in bodies)
-    world.add_contact(first, second, ContactPair(STEEL, STEEL, 0.3, 0.9, rolling_resistance=0.5))
-    (linear, angular), energy = world.momentum, world.energy.total
-    world.step(10)
-    assert not world.contacts["closed"].any()
-    assert np.abs(world.momentum[0] - linear).max() < 1e-14 * MASS * 2.0
-    assert np.abs(world.momentum[1] - angular).max() < 1e-13 * INERTIA * 400.0
-    assert world.energy.total < energy
+    goes_on_alike(world, 60)
 
 
 @pytest.mark.parametrize("resistance", [0.2, 1.0])
