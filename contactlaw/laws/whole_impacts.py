@@ -57,8 +57,8 @@ def table(delta, springs):
     for k in range(1, steps):
         faded[k] = faded[k - 1] * gains(springs, delta[k - 1], delta[k], gain[k])
         share[k] = limits(springs, delta[k], cap[k]) * faded[k]
-        gain[k] /= faded[k]
-        cap[k] /= faded[k]
+        for i in range(n):
+            gain[k, i], cap[k, i] = gain[k, i] / faded[k], cap[k, i] / faded[k]
     return gain, cap, share, faded
 
 
