@@ -29,8 +29,7 @@ def test_what_passed_joint_limits_store_at_the_start_is_no_gain():
         </body></worldbody></mujoco>"""
     model, data = with_data(mujoco.MjModel.from_xml_string(scene))
     mujoco.mj_forward(model, data)
-    for _ in range(1000):
-        mujoco.mj_step(model, data)
+    mujoco.mj_step(model, data, 1000)
     assert data.qvel[0] > 1.0
     assert -1.0 < fallen(mujoco, model, 10.0)["gain"] < 0.0
 

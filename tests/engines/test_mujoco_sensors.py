@@ -109,8 +109,7 @@ def test_what_sensors_read_changes_nothing_else():
         model, data = with_data(lawful(sensors=sensors, joint='<joint axis="0 1 0" stiffness="300" damping="1"/>'))
         data.qpos[2] += 0.01
         data.qvel[0] = 0.1
-        for _ in range(150):
-            mujoco.mj_step(model, data)
+        mujoco.mj_step(model, data, 150)
         runs.append(
             np.concatenate([data.qpos, data.qvel, data.qacc, data.qacc_warmstart, data.qfrc_passive, [data.time]])
         )
