@@ -15,7 +15,9 @@ from contactlaw.laws.record import SPUN, contact_of, pair_of
 from contactlaw.laws.step import prescribe
 from contactlaw.laws.torsion import FULL, TORSION
 from contactlaw.world import World
-from tests.test_torsion import LUBKIN, closed_form
+from tests.reference import torsion
+from tests.reference.sliding_spin import force_and_moment
+from tests.test_torsion import STICK
 from validation import ledger, spinning, turning
 from validation.reference.turning_data import load
 
@@ -74,7 +76,7 @@ def test_steady_sliding_with_spin_is_the_closed_form(k: float, heading: float) -
     found = np.zeros(3)
     for _ in range(2000):
         found = contact.move(1.0, 0.02 * way[0], 0.02 * way[1], 0.02 * k)
-    f, m = closed_form(k)
+    f, m = force_and_moment(1.0, k)
     assert found[:2] == pytest.approx(f * way, abs=1e-3)
     assert found[2] == pytest.approx(m, abs=1e-3)
 
@@ -85,7 +87,7 @@ def test_torsion_alone_follows_lubkin() -> None:
     for depth in np.linspace(0.02, 1.0, 50):
         contact.move(depth)
     unit = contact.full / (contact.pair.g_t * contact.radius**2) * contact.radius / contact.unit
-    for _, beta, share in LUBKIN[1:]:
+    for beta, share in zip(torsion.angle(STICK[1:]), torsion.moment(STICK[1:]) / FULL, strict=True):
         found = contact.move(1.0, angle=(beta - done) * unit)
         done = beta
         assert found[2] / FULL == pytest.approx(share, abs=0.01)
