@@ -23,8 +23,8 @@ def with_data(model):
 
 
 def free_ball(spec, place, name="ball", radius=RADIUS):
-    """A steel ball; body and geom have the name."""
-    body = spec.worldbody.add_body(name=name, pos=place)
+    """A steel ball; the name is that of its geom."""
+    body = spec.worldbody.add_body(name=f"body of {name}", pos=place)
     body.add_freejoint()
     return body.add_geom(name=name, size=[radius, 0, 0], density=DENSITY)
 

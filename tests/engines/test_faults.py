@@ -83,7 +83,8 @@ from tests.engines.test_faults import CONTACTS, STEEL, save_model, scene
 name = "b\\u00e4ll \\u7403"
 print(save_model(scene(name=name), {str(tmp_path / "a.xml")!r}, [(name, "floor", STEEL)]))
 """
-    plain = dict(os.environ, LC_ALL="C", PYTHONCOERCECLOCALE="0", PYTHONUTF8="0", PYTHONPATH=os.getcwd())
+    path = os.pathsep.join([os.getcwd(), str(Path(__file__).parent)])
+    plain = dict(os.environ, LC_ALL="C", PYTHONCOERCECLOCALE="0", PYTHONUTF8="0", PYTHONPATH=path)
     subprocess.run([sys.executable, "-c", code], env=plain, check=True, capture_output=True)
     assert mujoco.MjModel.from_xml_path(str(tmp_path / "a.xml")).geom("bäll 球").id == 1
 
