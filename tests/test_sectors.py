@@ -8,11 +8,7 @@ import pytest
 from contactlaw import ContactPair
 from contactlaw.jit import INTERPRETED
 from contactlaw.laws.record import SPUN
-from contactlaw.laws.torsion import FULL
 from contactlaw.world import World
-from tests.reference import torsion
-from tests.reference.sliding_spin import force_and_moment
-from tests.test_torsion import STICK
 from tests.world.world_scenes import goes_on_alike
 from validation import ledger, spinning, turning
 from validation.reference.turning_data import load
@@ -23,15 +19,6 @@ in_a_world = pytest.mark.skipif(INTERPRETED, reason="worlds and records are for 
 ROWS = [row for row in load()["spinning"] if row[3] > 0.0]
 
 
-def pressed_then(moved: np.ndarray) -> np.ndarray:
-    """Force over mu P and moment over mu P a after each step, shape (n, 3), of a contact that is pressed first.
-
-    moved: displacements and angles times a so far, over the displacement of full slip, shape (n, 3).
-    """
-    overlap = np.concatenate([[0.0], np.linspace(0.02, 1.0, 50), np.ones(len(moved))])
-    return ledger.dissipated("sectors", overlap, np.concatenate([np.zeros((51, 3)), moved]))[1][51:]
-
-
 @in_a_world
 @pytest.mark.parametrize("heading", [0.0, 0.7, 2.3])
 def test_impacts_with_spin_are_the_grids(heading: float) -> None:
@@ -39,24 +26,6 @@ def test_impacts_with_spin_are_the_grids(heading: float) -> None:
     errors, sigma = np.abs(turning.spun_errors(ROWS, heading)), np.array([row[3] for row in ROWS])
     assert errors.max() < 5e-3
     assert errors[sigma <= 0.1].max() < 3e-3
-
-
-@pytest.mark.parametrize("heading", [0.0, 0.4])
-@pytest.mark.parametrize("k", [0.1, 0.5, 1.0, 3.0])
-def test_steady_sliding_with_spin_is_the_closed_form(k: float, heading: float) -> None:
-    way = np.array([np.cos(heading), np.sin(heading)])
-    found = pressed_then(0.02 * np.arange(1, 2001)[:, None] * [*way, k])[-1]
-    f, m = force_and_moment(1.0, k)
-    assert found[:2] == pytest.approx(f * way, abs=1e-3)
-    assert found[2] == pytest.approx(m, abs=1e-3)
-
-
-def test_torsion_alone_follows_lubkin() -> None:
-    """From where a whole ring slips; at a stick radius of 0.95 half of the outermost does, and M/M_s is 0.012 off."""
-    pair = ledger.pair_of_law("microslip")
-    beta = torsion.angle(STICK[1:]) * 4.0 / 3.0 * pair.effective_shear_modulus / pair.torsion_modulus
-    found = pressed_then(np.column_stack([0.0 * beta, 0.0 * beta, beta]))[:, 2]
-    assert found == pytest.approx(torsion.moment(STICK[1:]), abs=0.01 * FULL)
 
 
 @in_a_world

@@ -15,6 +15,7 @@ from contactlaw.laws.step import ask, press, reset
 from contactlaw.laws.torsion import FULL, TORSION, advance, limit_point, nearest, stored
 from tests.reference import torsion
 from tests.reference.sliding_spin import force_and_moment
+from validation import ledger
 
 PAIR = ContactPair(MATERIALS["steel"], MATERIALS["steel"], friction=0.3, radius=0.01)
 DEEP = 1e-5  # [m]
@@ -63,17 +64,26 @@ class Contact:
         return self.full / (self.pair.g_t * self.radius**2)
 
 
-@pytest.mark.parametrize("steps", [1, 30])
-def test_torsion_alone_follows_lubkin(steps: int) -> None:
-    """To 1e-4 of M_s, whatever the steps."""
-    contact = Contact()
-    contact.press()
-    done = 0.0
-    for beta, share in zip(torsion.angle(STICK), torsion.moment(STICK) / FULL, strict=True):
-        for _ in range(steps):
-            contact.move(DEEP, angle=(beta - done) / steps * contact.unit)
-        done = beta
-        assert contact.torsion.moment / (FULL * contact.full * contact.radius) == pytest.approx(share, abs=1e-4)
+def pressed_then(way: str, moved: np.ndarray) -> np.ndarray:
+    """Force over mu P and moment over mu P a after each step, shape (n, 3), of a contact that is pressed first.
+
+    way: as for `ledger.dissipated`. moved: displacements and angles times a so far, over the displacement of full slip,
+    shape (n, 3).
+    """
+    overlap = np.concatenate([[0.0], np.linspace(0.02, 1.0, 50), np.ones(len(moved))])
+    return ledger.dissipated(way, overlap, np.concatenate([np.zeros((51, 3)), moved]))[1][51:]
+
+
+@pytest.mark.parametrize(
+    ("way", "steps", "within"), [("microslip", 1, 1e-4), ("microslip", 30, 1e-4), ("sectors", 1, 0.01)]
+)
+def test_torsion_alone_follows_lubkin(way: str, steps: int, within: float) -> None:
+    """Whatever the steps. Sectors from where a whole ring slips; before that M/M_s is 0.012 off."""
+    stick, pair = STICK[1:] if way == "sectors" else STICK, ledger.pair_of_law("microslip")
+    beta = torsion.angle(stick) * 4.0 / 3.0 * pair.effective_shear_modulus / pair.torsion_modulus
+    angle = np.interp(np.arange(1, steps * stick.size + 1) / steps, np.arange(stick.size + 1), np.append(0.0, beta))
+    found = pressed_then(way, np.column_stack([0.0 * angle, 0.0 * angle, angle]))
+    assert found[steps - 1 :: steps, 2] == pytest.approx(torsion.moment(stick), abs=within * FULL)
 
 
 def test_stuck_stiffness_and_the_limit_are_exact_at_any_radius() -> None:
@@ -144,19 +154,14 @@ def test_nearest_point_of_the_limit_curve() -> None:
         assert not nearest(f - 0.01 * v, m - 0.01 * w)[2]
 
 
-@pytest.mark.parametrize("law", ["microslip", "mindlin", "coulomb"])
+@pytest.mark.parametrize("heading", [0.0, 0.4])
+@pytest.mark.parametrize("way", ["sectors", "microslip", "mindlin", "coulomb"])
 @pytest.mark.parametrize("k", [0.1, 0.5, 1.0, 3.0])
-def test_steady_sliding_with_spin(law: str, k: float) -> None:
-    contact = Contact(ContactPair(PAIR.a, PAIR.b, friction=0.3, radius=0.01, law=law))
-    contact.press()
-    step = 0.02 * contact.full / (contact.pair.g_star * contact.radius)
-    for _ in range(2000):
-        contact.move(DEEP, step, k * step / contact.radius)
-    f, m = force_and_moment(1.0, k)
-    assert contact.touch.f == pytest.approx(f * contact.full, abs=1e-3 * contact.full)
-    assert contact.torsion.moment == pytest.approx(
-        m * contact.full * contact.radius, abs=1e-3 * contact.full * contact.radius
-    )
+def test_steady_sliding_with_spin(way: str, heading: float, k: float) -> None:
+    along = np.array([np.cos(heading), np.sin(heading)])
+    found = pressed_then(way, 0.02 * np.arange(1, 2001)[:, None] * [*along, k])[-1]
+    force, moment = force_and_moment(1.0, k)
+    assert found == pytest.approx(np.append(force * along, moment), abs=1e-3)
 
 
 def test_hardly_any_spin_hardly_changes_a_slide() -> None:
