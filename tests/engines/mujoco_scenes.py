@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from contactlaw import MATERIALS, ContactPair, rebound
+from contactlaw import ContactPair, rebound
 from contactlaw.jit import INTERPRETED
 
 mujoco = pytest.importorskip("mujoco")
@@ -12,7 +12,6 @@ if INTERPRETED:
 
 from contactlaw.mujoco_plugin import add_contact  # noqa: E402
 
-STEEL = MATERIALS["steel"]
 RADIUS, DENSITY = 0.0254, 7833.0
 MASS = 4.0 / 3.0 * np.pi * RADIUS**3 * DENSITY
 GEOM = mujoco.mjtGeom
@@ -42,7 +41,7 @@ def ball_on_floor(pair, timestep=1e-6, floor="plane", gravity=0.0, **settings):
 
 
 def steel_pair(**changes):
-    return ContactPair(STEEL, STEEL, **{"friction": 0.115, "restitution": 0.93, **changes})
+    return ContactPair("steel", "steel", **{"friction": 0.115, "restitution": 0.93, **changes})
 
 
 def duration(pair, speed=1.0):

@@ -16,7 +16,6 @@ from contactlaw.world import World
 from tests.world.chains import Chain, Link
 from tests.world.world_scenes import goes_on_alike
 
-STEEL = MATERIALS["steel"]
 RADIUS, GRAVITY, DENSITY, RESISTANCE = 0.01, 9.81, 7833.0, 0.01
 MASS = DENSITY * 4.0 / 3.0 * pi * RADIUS**3
 INERTIA = 0.4 * MASS * RADIUS**2
@@ -25,7 +24,7 @@ INERTIA = 0.4 * MASS * RADIUS**2
 def rolling_ball(speed: float, slope: float = 0.0, tree: bool = False, resistance: float = RESISTANCE) -> World:
     """A steel ball that rolls along x on a plane, downhill where that has a slope."""
     angle = atan(slope)
-    pair = ContactPair(STEEL, STEEL, 0.3, 0.5, rolling_resistance=resistance)
+    pair = ContactPair("steel", "steel", 0.3, 0.5, rolling_resistance=resistance)
     k = 4.0 / 3.0 * pair.effective_modulus * sqrt(RADIUS)
     height = RADIUS - (MASS * GRAVITY * cos(angle) / k) ** (2.0 / 3.0)
     world = World(gravity=(GRAVITY * sin(angle), 0.0, -GRAVITY * cos(angle)), timestep=2e-3)
@@ -133,7 +132,7 @@ def test_passive_on_random_paths() -> None:
 @pytest.mark.parametrize("speed", [0.1, 1.0])
 def test_a_touch_reads_restitution_and_friction(speed: float) -> None:
     e, mu = Viscoelastic(0.8, 1.0), FallingFriction(0.5, 0.05, 0.3)
-    pair, slide = ContactPair(STEEL, STEEL, mu, e), 0.9 * speed
+    pair, slide = ContactPair("steel", "steel", mu, e), 0.9 * speed
     world = World(gravity=0.0, timestep=1e-3)
     body = world.add_body(MASS, INERTIA, (0.0, 0.0, RADIUS + 1e-6), (slide, 0.0, -speed))
     floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
@@ -145,7 +144,7 @@ def test_a_touch_reads_restitution_and_friction(speed: float) -> None:
 
 
 def test_shear_loss_is_that_of_rebound() -> None:
-    pair = ContactPair(STEEL, STEEL, 0.3, 0.7, law="microslip shear_loss=1")
+    pair = ContactPair("steel", "steel", 0.3, 0.7, law="microslip shear_loss=1")
     world = World(gravity=0.0, timestep=1e-3)
     body = world.add_body(MASS, INERTIA, (0.0, 0.0, RADIUS + 1e-6), (0.4, 0.0, -1.0))
     floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))

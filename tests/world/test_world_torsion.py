@@ -8,19 +8,18 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
-from contactlaw import MATERIALS, ContactPair
+from contactlaw import ContactPair
 from contactlaw.world import World
 from tests.world.chains import Chain, Link
 from tests.world.world_scenes import goes_on_alike
 
-STEEL = MATERIALS["steel"]
 RADIUS, GRAVITY, DENSITY = 0.01, 9.81, 7833.0
 MASS = DENSITY * 4.0 / 3.0 * pi * RADIUS**3
 INERTIA = 0.4 * MASS * RADIUS**2
 
 
 def steel(friction: float = 0.3, restitution: float = 0.5) -> ContactPair:
-    return ContactPair(STEEL, STEEL, friction=friction, restitution=restitution)
+    return ContactPair("steel", "steel", friction=friction, restitution=restitution)
 
 
 def overlap_at_rest() -> float:
