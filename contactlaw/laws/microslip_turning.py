@@ -21,7 +21,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 from math import exp, inf, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -66,7 +66,7 @@ def cells(count: int) -> tuple[Array, Array]:
 
 
 @lru_cache(maxsize=64)
-def surface_maps(weights: tuple[float, ...]) -> dict[str, Array]:
+def surface_maps(weights: tuple[float, ...]) -> dict[str, Any]:
     """B; C; and, over the diagonal of A, C^T diag(2 w) by rows and A without its diagonal by columns; (n, n) each."""
     w = np.array(weights)
     ends = np.concatenate([[0.0], np.cumsum(w)])
