@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import atan, cos, pi, sin, sqrt
+from math import atan, cos, pi, sin
 
 import numpy as np
 import pytest
@@ -13,6 +13,7 @@ from contactlaw.laws import rolling
 from contactlaw.laws.record import contact_of
 from contactlaw.losses import FallingFriction, Viscoelastic
 from contactlaw.world import World
+from sims.contact_point import static_overlap
 from tests.world.chains import Chain, Link
 from tests.world.world_scenes import goes_on_alike
 
@@ -25,8 +26,7 @@ def rolling_ball(speed: float, slope: float = 0.0, tree: bool = False, resistanc
     """A steel ball that rolls along x on a plane, downhill where that has a slope."""
     angle = atan(slope)
     pair = ContactPair("steel", "steel", 0.3, 0.5, rolling_resistance=resistance)
-    k = 4.0 / 3.0 * pair.effective_modulus * sqrt(RADIUS)
-    height = RADIUS - (MASS * GRAVITY * cos(angle) / k) ** (2.0 / 3.0)
+    height = RADIUS - static_overlap(pair, MASS * GRAVITY * cos(angle), RADIUS)
     world = World(gravity=(GRAVITY * sin(angle), 0.0, -GRAVITY * cos(angle)), timestep=2e-3)
     if tree:
         chain = Chain([Link(MASS, INERTIA)], free=True)

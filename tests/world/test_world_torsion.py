@@ -10,6 +10,7 @@ import pytest
 
 from contactlaw import ContactPair
 from contactlaw.world import World
+from sims.contact_point import static_overlap
 from tests.world.chains import Chain, Link
 from tests.world.world_scenes import goes_on_alike
 
@@ -23,7 +24,7 @@ def steel(friction: float = 0.3, restitution: float = 0.5) -> ContactPair:
 
 
 def overlap_at_rest() -> float:
-    return (MASS * GRAVITY / (4.0 / 3.0 * steel().effective_modulus * sqrt(RADIUS))) ** (2.0 / 3.0)
+    return static_overlap(steel(), MASS * GRAVITY, RADIUS)
 
 
 def slowing() -> float:
