@@ -75,6 +75,16 @@ def finite_array(name: str, value: ArrayLike) -> NDArray[np.float64]:
     return array
 
 
+def broadcast(given: dict[str, ArrayLike]) -> list[NDArray[np.float64]]:
+    """Return finite float64 arrays by name, broadcast to one shape."""
+    arrays = [finite_array(name, value) for name, value in given.items()]
+    try:
+        return arrays if all(array.ndim == 0 for array in arrays) else list(np.broadcast_arrays(*arrays))
+    except ValueError:
+        shapes = ", ".join(f"{name} {array.shape}" for name, array in zip(given, arrays, strict=True))
+        raise ValueError(f"{shapes}: must be shapes that broadcast together") from None
+
+
 def vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
     """Return value as a finite float64 vector of three."""
     array = finite_array(name, value)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot, inf, isfinite, isinf, nan, sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,16 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from contactlaw import checks
 from contactlaw.impact import check_steps, nodes_for
 from contactlaw.laws.hertz import LINEAR_STIFFNESS
-from contactlaw.laws.normal_motion import (
-    DONE,
-    PULL,
-    SCALED_DEEPEST,
-    SLIDING_SPEED,
-    STORED,
-    TRACK,
-    Motion,
-    normal_motion,
-)
+from contactlaw.laws.normal_motion import SCALED_DEEPEST, TRACK, Motion, normal_motion
 from contactlaw.pair import ContactPair, warn_of_depth
 from contactlaw.single import Scale, impact_by_steps
 
@@ -166,7 +158,7 @@ def collide(
     scale = pair.kappa / (pair.friction * approach) if pair.friction > 0.0 else nan
     motion, length, deepest = _normal_motion(pair, radius, mass, approach, steps)
     warn_of_depth(length * float(motion.delta.max()), radius)
-    track, law = np.empty((TRACK, steps + 1)), pair.rule
+    track, law = np.empty(steps + 1, TRACK), pair.rule
     if law.on_line is not None and isfinite(scale * speed):
         rate = 1.0 / scale  # mu V_z1/kappa [m/s], the unit of psi
         unit = pair.friction * mass * approach**2 / length, rate**2 * pair.kappa * mass, rate
@@ -175,7 +167,7 @@ def collide(
         law = law.with_nodes(2 * nodes_for(chi))  # forces during an impact need more nodes than the rebound
         p, scales = pair.parameters(radius, law.memory), Scale(mass, approach, length, tangential_mass)
         after = impact_by_steps(p, *law.new_contact(), motion, scales, deepest, speed, track)
-    force = np.outer(track[PULL], (-along[0], -along[1], -along[2]))
+    force = np.outer(track["force"], (-along[0], -along[1], -along[2]))
 
     push, pull = mass * approach * (1.0 + pair.restitution), tangential_mass * (after - speed)
     impulse = push * x + pull * along[0], push * y + pull * along[1], push * z + pull * along[2]
@@ -207,10 +199,10 @@ def _normal_motion(
     return motion, length, length * float(motion.delta.max())
 
 
-def _ledger(motion: Motion, scale: Scale, track: Array) -> list[Array]:
+def _ledger(motion: Motion, scale: Scale, track: Any) -> list[Array]:
     """Return time [s], overlap [m], normal force [N] and five energies [J], shape (steps + 1,) each.
 
-    The energies are those of `Impact`, in its order. track: see `normal_motion.TRACK`.
+    The energies are those of `Impact`, in its order.
     """
     energy = scale.mass * scale.approach * scale.approach
     stored, square = energy * motion.energy, motion.speed * motion.speed
@@ -218,10 +210,10 @@ def _ledger(motion: Motion, scale: Scale, track: Array) -> list[Array]:
         scale.length / scale.approach * motion.instant,
         scale.length * motion.delta,
         energy / scale.length * motion.force,
-        0.5 * energy * square + 0.5 * scale.tangential_mass * track[SLIDING_SPEED] ** 2,
+        0.5 * energy * square + 0.5 * scale.tangential_mass * track["speed"] ** 2,
         stored,
-        track[STORED],
-        track[DONE] - track[STORED],
+        track["stored"],
+        track["work"] - track["stored"],
         0.5 * energy * (1.0 - square) - stored,
     ]
 

@@ -64,12 +64,7 @@ def rebound(
     if all(isinstance(value, float) for value in given.values()):  # one impact: arrays would cost more than it does
         one = float(psi_1), float(chi), float(restitution)  # type: ignore[arg-type]
         return _single(*one, rule, steps)
-    arrays = [checks.finite_array(name, value) for name, value in given.items()]
-    try:
-        psi, c, e = arrays if all(array.ndim == 0 for array in arrays) else np.broadcast_arrays(*arrays)
-    except ValueError:
-        shapes = ", ".join(f"{name} {array.shape}" for name, array in zip(given, arrays, strict=True))
-        raise ValueError(f"{shapes}: must be shapes that broadcast together") from None
+    psi, c, e = checks.broadcast(given)
     if (c <= 0.0).any():
         raise ValueError(f"chi = {c[c <= 0.0].flat[0]}: must be > 0")
     if ((e < checks.LEAST_RESTITUTION) | (e > 1.0)).any():

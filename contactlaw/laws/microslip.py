@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.jit import jit_inline, jit_of_sums
-from contactlaw.laws import microslip_impacts, microslip_line
+from contactlaw.laws import microslip_line, whole_impacts
 from contactlaw.laws.base import Impacts, Law
 from contactlaw.laws.nodes import follow, levers, step_of
 from contactlaw.laws.record import OPEN, SLIDING, SPRUNG, UNSHEARED, record_of
@@ -119,10 +119,10 @@ class Microslip(Law):
         return 2.0 * contact.scale * pull_u, 2.0 * contact.scale * pull_v
 
     def impacts(self, zeta: float, steps: int) -> Impacts | None:
-        """Integrate in scaled variables, eight impacts at a time (`microslip_impacts`); None with losses in shear."""
+        """Integrate in scaled variables, eight impacts at a time (`whole_impacts`); None with losses in shear."""
         if self.shear_loss and zeta > 0.0:
             return None
-        return microslip_impacts.impacts(zeta, steps, *half_line_nodes(self.memory))
+        return whole_impacts.impacts(zeta, steps, *half_line_nodes(self.memory))
 
     @property
     def on_line(self) -> ModuleType | None:

@@ -3,18 +3,12 @@
 import re
 import warnings
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import mujoco, steel_pair, with_data
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from mujoco_scenes import steel_pair  # noqa: E402
-
-from contactlaw import MATERIALS, ContactPair, ContactWarning  # noqa: E402
-from contactlaw.mujoco_plugin import (  # noqa: E402
+from contactlaw import MATERIALS, ContactPair, ContactWarning
+from contactlaw.mujoco_plugin import (
     contact_wrenches,
     contacts_of,
     instances_of,
@@ -38,8 +32,7 @@ RUBBER = MATERIALS["rubber"]
 def sliding(friction, change=None):
     """Decelerations of a sled, before and after a change [m/s^2]."""
     pair = ContactPair(RUBBER, RUBBER, friction=friction, restitution=0.5)
-    model = load_model(SLED, [("foot*", "floor", pair)])
-    data = mujoco.MjData(model)
+    model, data = with_data(load_model(SLED, [("foot*", "floor", pair)]))
     data.qvel[0] = 2.0
     speeds = []
     for step in range(200):
@@ -59,8 +52,7 @@ def test_friction_changes_while_a_sled_slides():
 
 def test_friction_is_kept_through_resets_and_wakes_what_sleeps_on_a_slope():
     pair = ContactPair(RUBBER, RUBBER, friction=0.8, restitution=0.5)
-    model = load_model(SLED, [("foot*", "floor", pair)])
-    data = mujoco.MjData(model)
+    model, data = with_data(load_model(SLED, [("foot*", "floor", pair)]))
     model.opt.gravity[:] = 9.81 * np.array([np.sin(0.3), 0.0, -np.cos(0.3)])
     mujoco.mj_step(model, data, 1000)
     assert abs(data.qvel[0]) < 1e-6
@@ -118,8 +110,7 @@ TWO = """<mujoco><option timestep=".001" gravity="0 0 0" integrator="{}"/><world
 @pytest.mark.parametrize("steps", [0, 1, 2, 3])
 def test_a_mass_that_is_changed_in_flight_counts_in_the_next_impact(integrator, steps):
     """Three times as heavy a few steps before it strikes, a ball passes on 3/2 of its speed: collinear, elastic."""
-    model = load_model(TWO.format(integrator), [("a", "b", steel_pair(restitution=1.0))])
-    data = mujoco.MjData(model)
+    model, data = with_data(load_model(TWO.format(integrator), [("a", "b", steel_pair(restitution=1.0))]))
     mujoco.mj_step(model, data)
     data.qvel[0] = 10.0
     mujoco.mj_step(model, data, 8 - steps)
@@ -132,8 +123,7 @@ def test_a_mass_that_is_changed_in_flight_counts_in_the_next_impact(integrator, 
 
 
 def test_a_contact_goes_on_when_the_model_is_read_again():
-    model = load_model(BALL, [("ball", "floor", ContactPair(RUBBER, RUBBER, 0.8, 0.5))])
-    data = mujoco.MjData(model)
+    model, data = with_data(load_model(BALL, [("ball", "floor", ContactPair(RUBBER, RUBBER, 0.8, 0.5))]))
     mujoco.mj_step(model, data, 500)
     [before] = contacts_of(model, data, NAME)
     model.body_mass[1] *= 1.5
@@ -239,8 +229,7 @@ def test_friction_of_geoms_is_what_the_model_has():
 def test_what_cannot_be_served_is_refused_with_a_word():
     """More frictions than there is room for; the law goes on with what the model was."""
     text = model_xml(SLED, {"*": RUBBER}, restitution=0.5)
-    model = mujoco.MjModel.from_xml_string(re.sub('value="geoms [0-9]+"', 'value="geoms 1"', text))
-    data = mujoco.MjData(model)
+    model, data = with_data(mujoco.MjModel.from_xml_string(re.sub('value="geoms [0-9]+"', 'value="geoms 1"', text)))
     data.qvel[0] = 4.0
     mujoco.mj_step(model, data, 20)
     model.geom_friction[2, 0] = 2.0
@@ -387,8 +376,7 @@ def test_what_an_impact_of_five_metres_a_second_stores_is_taken_as_given():
 def test_contype_that_is_edited_is_told_of():
     """But not that of a geom which the law does not have."""
     other = '<geom name="other" size=".1" pos="1 0 0"/></worldbody>'
-    model = load_model(BALL.replace("</worldbody>", other), [("ball", "floor", steel_pair())])
-    data = mujoco.MjData(model)
+    model, data = with_data(load_model(BALL.replace("</worldbody>", other), [("ball", "floor", steel_pair())]))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         mujoco.mj_step(model, data, 20)
