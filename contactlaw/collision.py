@@ -134,9 +134,10 @@ def collide(
     Raises:
         ValueError: The bodies do not approach each other, or a value is outside its range.
     """
-    b = FIXED_PLANE if b is None else checks.instance("b", b, Body)
+    b = FIXED_PLANE if b is None else b
     checks.instance("pair", pair, ContactPair)
-    checks.instance("a", a, Body)
+    for name, body in (("a", a), ("b", b)):
+        checks.instance(name, body, Body)
     steps = checks.count("steps", steps, 4, MOST_STEPS)
     x, y, z = n = (0.0, 0.0, 1.0) if normal is UPWARD else tuple(checks.unit_vector("normal", normal).tolist())
     arm_a, arm_b = (0.0 if isinf(body.radius) else body.radius for body in (a, b))

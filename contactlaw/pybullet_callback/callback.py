@@ -270,7 +270,7 @@ class ContactCallback:
     def _contact(self, handle: Any) -> Contact:
         if not isinstance(handle, int | np.integer) or handle not in self._contacts:
             raise ValueError(f"handle = {handle!r}: must be one of {list(self._contacts)}")
-        return self._contacts[handle]
+        return self._contacts[int(handle)]
 
 
 _ALL: WeakSet[ContactCallback] = WeakSet()
