@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contactlaw import checks
-from contactlaw.impact import check_steps, nodes_for
+from contactlaw.impact import MOST_STEPS, check_steps, nodes_for
 from contactlaw.laws.hertz import LINEAR_STIFFNESS
 from contactlaw.laws.normal_motion import SCALED_DEEPEST, TRACK, Motion, normal_motion
 from contactlaw.pair import ContactPair, warn_of_depth
@@ -127,8 +127,10 @@ def collide(
         ValueError: The bodies do not approach each other, or a value is outside its range.
     """
     b = FIXED_PLANE if b is None else b
-    if not (isinstance(steps, int | np.integer) and steps >= 4):
-        raise ValueError(f"steps = {steps!r}: must be an integer >= 4")
+    checks.instance("pair", pair, ContactPair)
+    for name, body in (("a", a), ("b", b)):
+        checks.instance(name, body, Body)
+    steps = checks.count("steps", steps, 4, MOST_STEPS)
     x, y, z = n = (0.0, 0.0, 1.0) if normal is UPWARD else tuple(checks.unit_vector("normal", normal).tolist())
     arm_a, arm_b = (0.0 if isinf(body.radius) else body.radius for body in (a, b))
     v_a, w_a, v_b, w_b = (array.tolist() for array in (a.velocity, a.spin, b.velocity, b.spin))  # type: ignore[union-attr]
@@ -153,7 +155,6 @@ def collide(
     along = (sliding[0] / speed, sliding[1] / speed, sliding[2] / speed) if speed > 0.0 else _any_tangent(n)
     pair = pair.at(approach, speed)
     chi = pair.chi(mass, tangential_mass)
-    steps = int(steps)
     check_steps(steps, chi)
     scale = pair.kappa / (pair.friction * approach) if pair.friction > 0.0 else nan
     motion, length, deepest = _normal_motion(pair, radius, mass, approach, steps)

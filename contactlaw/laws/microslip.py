@@ -16,6 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import sqrt
+from numbers import Real
 from types import ModuleType
 from typing import Any, ClassVar
 
@@ -53,7 +54,7 @@ class Microslip(Law):
     shear_loss: bool = False
 
     def __post_init__(self) -> None:
-        if self.shear_loss not in (0, 1):
+        if not (isinstance(self.shear_loss, np.bool_ | Real) and self.shear_loss in (0, 1)):
             raise ValueError(f"shear_loss = {self.shear_loss!r}: must be True or False")
         object.__setattr__(self, "shear_loss", int(self.shear_loss))  # a law's fields are numbers
         if self.node_count is not None and not (isinstance(self.node_count, int) and 2 <= self.node_count <= 512):

@@ -111,7 +111,7 @@ def _of_materials(
     alike = groups(owner, owner.__getitem__)
     room = config.FRICTION_ROOM + len({(float(geom.friction[0]), geom.priority) for geom in owner})
     for one, two in combinations_with_replacement(alike, 2):
-        mu = friction(one, two) if callable(friction) else friction or 0.0
+        mu = friction(one, two) if callable(friction) else 0.0 if friction is None else friction
         e = restitution(one, two) if callable(restitution) else restitution
         own = {"as_native": True, "frictions": room if friction is None else 0}
         yield alike[one], alike[two], ContactPair(one, two, mu, e), own
@@ -119,7 +119,9 @@ def _of_materials(
 
 def is_every(what: Any) -> bool:
     """Return whether a selection of geoms is "*" alone."""
-    return what == EVERY or (isinstance(what, list | tuple) and len(what) == 1 and what[0] == EVERY)
+    if isinstance(what, list | tuple) and len(what) == 1:
+        what = what[0]
+    return isinstance(what, str) and what == EVERY
 
 
 def colliding(spec: mujoco.MjSpec) -> list[Any]:

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from contactlaw import checks
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.instances import ContactInstance, contact_instances
 from contactlaw.mujoco_plugin.selection import first_of
@@ -26,7 +27,7 @@ def overlaps_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Overlap]:
     An environment that draws initial positions until `data.ncon` is zero does not see these contacts. After `data.qpos`
     has been set, call mj_kinematics (or mj_forward) first.
     """
-    view = layout.ModelView(model._address)
+    view = layout.view_of(model, checks.instance("data", data, mujoco.MjData))
     known = [ContactInstance(view, number) for number in contact_instances(view)]
     pairs = {tuple(sorted(pair)) for instance in known for pair in _near_pairs(model, data, instance)}
     depths = [(one, two, -mujoco.mj_geomDistance(model, data, one, two, 0.0, None)) for one, two in pairs]
@@ -47,6 +48,8 @@ def relax(model: mujoco.MjModel, data: mujoco.MjData, *, deepest: float = 1e-6) 
     Returns:
         The deepest remaining overlap [m].
     """
+    layout.view_of(model, checks.instance("data", data, mujoco.MjData))
+    checks.positive("deepest", deepest)
     for _ in range(ROUNDS):
         mujoco.mj_fwdPosition(model, data)
         left = [overlap for overlap in overlaps_of(model, data) if overlap[2] > deepest]
@@ -103,7 +106,7 @@ def exclude_joined(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
 
 def _deep_overlaps(model: mujoco.MjModel) -> dict[tuple[int, int], str]:
     """Return geoms of the law that lie in each other too deep in the initial position, and the text for a message."""
-    data, view = mujoco.MjData(model), layout.ModelView(model._address)
+    data, view = mujoco.MjData(model), layout.view_of(model)
     mujoco.mj_kinematics(model, data)
     return {
         (one, two): f"{view.label('geom', one)} and {view.label('geom', two)} by {1e3 * depth:.3g} mm"

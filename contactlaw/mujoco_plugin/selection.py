@@ -39,7 +39,7 @@ def geoms_of(spec: mujoco.MjSpec, *what: Selector | Sequence[Selector], argument
     Raises:
         ValueError: A selector means nothing; the message offers the nearest names.
     """
-    every = list(spec.geoms) if known is None else known
+    every = list(checks.instance("spec", spec, mujoco.MjSpec).geoms) if known is None else known
     named, ids = {geom.name: geom for geom in every if geom.name}, {geom.id: geom for geom in every}
     there, found = set(every), []
     for item in checks.flat(what, mujoco.MjsGeom):

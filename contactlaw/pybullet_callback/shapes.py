@@ -11,6 +11,7 @@ import numpy as np
 import pybullet as p
 from numpy.typing import NDArray
 
+from contactlaw import checks
 from contactlaw.pair import ContactPair
 from contactlaw.world import World
 from contactlaw.world.data.frames import quaternion_of, turn_to
@@ -124,7 +125,7 @@ def read_sides(client: int, which: str, bodies: Any, link: Any) -> list[Side]:
         ValueError: No such body or link, no collision shape, not a multibody, a planar joint, or an empty set.
     """
     there = {p.getBodyUniqueId(i, client): None for i in range(p.getNumBodies(client))}
-    if not isinstance(bodies, Iterable) or isinstance(bodies, str | bytes):
+    if not np.iterable(bodies) or isinstance(bodies, str | bytes):
         return [read_side(client, which, bodies, link, there)]
     sides: dict[Key, Side] = {}
     for entry in bodies:
@@ -144,9 +145,9 @@ def read_sides(client: int, which: str, bodies: Any, link: Any) -> list[Side]:
 def read_side(client: int, which: str, body: Any, link: Any, there: dict[int, None]) -> Side:
     """Check the ids of one side and read its shape; there: ids of all bodies; errors as for `read_sides`."""
     # checked first: PyBullet's getDynamicsInfo of a link that does not exist ends the process
-    body = _identity(f"body_{which}", body, there, "the bodies of this client")
+    body = identity(f"body_{which}", body, there, "the bodies of this client")
     joints = p.getNumJoints(body, client)
-    link = _identity(f"link_{which}", link, range(BASE, joints), f"-1 (the base) and the links of body {body}")
+    link = identity(f"link_{which}", link, range(BASE, joints), f"-1 (the base) and the links of body {body}")
     kind = p.getDynamicsInfo(body, BASE, client)[10]
     if kind != MULTIBODY:
         what = OTHER_BODY_TYPES.get(kind, f"of type {kind}")
@@ -186,7 +187,15 @@ def _side(client: int, body: int, link: int, name: str, size: Any, position: Arr
     return Side(body, link, name, (), position, turn, reach)
 
 
-def _identity(name: str, value: Any, allowed: Any, what: str) -> int:
+def client_of(client: Any) -> int:
+    """Return the id of a connected physics client, checked."""
+    if not p.isConnected(checks.count("client", client, 0, 2**31 - 1)):  # PyBullet takes a C int
+        raise ValueError(f"client = {client!r}: must be the id of a connected physics client")
+    return int(client)
+
+
+def identity(name: str, value: Any, allowed: Any, what: str) -> int:
+    """Return one of PyBullet's ids, checked to be an allowed one; what: these are, for the message."""
     try:
         number = operator.index(value)
     except TypeError:

@@ -17,6 +17,19 @@ MASS = 4.0 / 3.0 * np.pi * RADIUS**3 * DENSITY
 GEOM = mujoco.mjtGeom
 
 
+BALL = """<mujoco><option timestep=".002"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+<body name="b" pos="0 0 .025"><freejoint/><geom name="ball" size=".025" density="7833"/></body></worldbody></mujoco>"""
+"""A ball at rest."""
+
+
+FEET = "".join(f'<geom name="foot{i}" size=".02" pos="{x} {y} -.05"/>' for i, (x, y) in enumerate(
+    [(-0.1, -0.1), (-0.1, 0.1), (0.1, -0.1), (0.1, 0.1)]))  # fmt: skip
+SLED = f"""<mujoco><option timestep=".002"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+<body name="sled" pos="0 0 .07"><freejoint/><inertial pos="0 0 0" mass="2" diaginertia=".02 .02 .02"/>{FEET}</body>
+</worldbody></mujoco>"""
+"""A body on four balls."""
+
+
 def with_data(model):
     return model, mujoco.MjData(model)
 

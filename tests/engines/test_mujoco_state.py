@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from mujoco_scenes import ball_on_floor, mujoco, steel_pair, with_data
 
-from contactlaw import ContactPair, ContactWarning
-from contactlaw.mujoco_plugin import contacts_of, ledger_of, load_model
+from contactlaw import ContactPair, ContactWarning, Material
+from contactlaw.mujoco_plugin import contacts_of, instances_of, ledger_of, load_model
 from sims.heap import poured
 from sims.scene import Settings
 
@@ -361,3 +361,22 @@ def test_what_is_reset_goes_as_what_is_new():
         mujoco.mj_step(model, data, steps)
         mujoco.mj_resetData(model, data)
         assert np.array_equal(run(data), new)
+
+
+def test_a_state_has_room_for_every_contact_of_soft_boxes_stacked_askew():
+    """Each on the next by eight corners and sixteen crossings of edges; a restored state goes on as it was."""
+    box = '<body pos="{} 0 {}"><freejoint/><geom type="box" size=".05 .05 .05"/></body>'
+    stack = "".join(box.format(0.002 * (i % 2), 0.05 + 0.1001 * i) for i in range(5))
+    floor = '<geom type="plane" size="1 1 1"/>'
+    soft = ContactPair(Material(2e7, 0.4), Material(2e7, 0.4), friction=0.3, restitution=0.3)
+    model = load_model(f"<mujoco><worldbody>{floor}{stack}</worldbody></mujoco>", [("*", "*", soft)])
+    data, again = mujoco.MjData(model), mujoco.MjData(model)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", ".*no room")
+        mujoco.mj_step(model, data, 300)
+    names = instances_of(model)
+    assert sum(len(contacts_of(model, data, name)) for name in names) > 60
+    mujoco.mj_copyData(again, model, data)
+    for one in (data, again):
+        mujoco.mj_step(model, one, 20)
+    assert np.array_equal(data.qpos, again.qpos)
