@@ -68,6 +68,9 @@ FREE = record(
     q="i8", v="i8",  # where its coordinates and velocities begin
     offset=VECTOR, frame=("f8", (4,)),  # centre of mass and principal axes in the body's frame
     pressed="i8",  # a contact was closed at the start of the step
+    # centre of mass after the last step of the world, and how far [m] the surface may move from there, rotation since
+    # near pairs were listed included, with no contact possible; negative: none are excluded
+    cleared=VECTOR, clearance="f8",
 )  # fmt: skip
 """A free body."""
 
@@ -120,6 +123,12 @@ def number(address, i):
 def entry(address, i):
     """Return element i of an array of C int."""
     return int(load_int(types.uintp(address) + types.uintp(4 * i)))
+
+
+@jit_inside
+def last_state(head, before=0):
+    """Return the address of the state of the last call of `compute`, or of that `before` calls before it."""
+    return shifted(head.recent, (head.newest - before) % STARTS * (1 + head.nq + head.nv))
 
 
 def build(world: Arrays, fields: dict[str, Any]) -> int:

@@ -25,6 +25,7 @@ from contactlaw.mujoco_plugin.block import (
     floats,
     free_at,
     head_at,
+    last_state,
     mocap_at,
     shifted,
 )  # fmt: skip
@@ -34,8 +35,10 @@ from contactlaw.mujoco_plugin.free import (
     mean_share,
     press_free,
     read_free,
+    reduce_clearance,
     same_as_left,
-    stays_within_margin,
+    set_clearance,
+    stays_clear,
     write_free,
 )
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
@@ -56,7 +59,7 @@ from contactlaw.world.step import FIND_PRESSED, FIXED_ROOM
 from contactlaw.world.trees.mobility import clear, copy
 
 LARGEST = 1e100  # [N], forces beyond are not applied: the engine's results would not be finite
-EDITED, MOVED, CALM, ASLEEP = -1, 0, 1, 2  # how a step went, see `move_world`
+EDITED, MOVED, CALM, ASLEEP, REPEATED = -1, 0, 1, 2, 3  # how a step went, see `move_world` and `step_world`
 
 free_memory = types.ExternalFunction("PyMem_RawFree", types.void(types.uintp))
 
@@ -102,22 +105,28 @@ def move_world(head, w, state):
     run_trees(head, WRITE)
     report_contacts(head, w)
     store_state(head, w, state)
+    for i in range(head.free_count):
+        set_clearance(head, w, free_at(head.frees, i))
+    for k in range(w.nears if head.idle != 0 and w.guard_count + head.tree_count + head.mocap_count == 0 else 0):
+        reduce_clearance(head, w, near_at(w.near, k))
     return MOVED
 
 
 @jit
 def step_world(head):
-    """Bring the world to the state of mjData and take its step, unless no body has left its margin (CALM)."""
+    """Bring the world to the state of mjData and take its step.
+
+    But not if all bodies stay clear of each other (CALM), or sleep on as in the step before (REPEATED).
+    """
     w = world_at(head.world, 0)
     find_start(head)
     if head.calm == ASLEEP and sleeps_on(head):
         pushes = floats(data_at(head.data, 0).plugin_state, head.state + PUSH + head.nv, head.nv)
         for i in range(head.free_count):
             write_free(head, free_at(head.frees, i), pushes)
-        return ASLEEP
+        return REPEATED
     state = load_state(head)
-    far = w.nears == 0 and w.guard_count == 0 and w.stale == 0 and all_stay_within_margin(head)
-    return CALM if far else move_world(head, w, state)
+    return CALM if w.stale == 0 and all_stay_clear(head, w) else move_world(head, w, state)
 
 
 @jit
@@ -174,10 +183,10 @@ def find_start(head):
     It is that of the last call of `compute`, or under Runge-Kutta the one before its three further calls; under it, a
     step in two halves (mj_step1, mj_step2) is one of Euler, with a single call.
     """
-    m, size = model_at(head.model, 0), 1 + head.nq + head.nv
-    head.start = shifted(head.recent, size * head.newest)
+    m = model_at(head.model, 0)
+    head.start = last_state(head)
     if floats(head.start, 0, 1)[0] + m.opt.timestep != data_at(head.data, 0).time:
-        head.start = shifted(head.recent, size * ((head.newest + 1) % STARTS))
+        head.start = last_state(head, STARTS - 1)
     head.step_size = m.opt.timestep
     head.lag = 0.0 if m.opt.integrator == layout.RUNGE_KUTTA else 0.5 * m.opt.timestep
     store(head.gravity, (0.0, 0.0, 0.0) if m.opt.disableflags & layout.NO_GRAVITY else load(m.opt.gravity))
@@ -221,12 +230,12 @@ def load_world(head, w, state):
 
 
 @jit
-def all_stay_within_margin(head):
-    """Return whether there are only free bodies and none has left its margin."""
-    far = head.mocap_count + head.tree_count == 0
-    for i in range(head.free_count if far else 0):
-        far = far and stays_within_margin(head, free_at(head.frees, i))
-    return far
+def all_stay_clear(head, w):
+    """Return whether there are only free bodies, no contact is in use, and no two shapes can have touched."""
+    clear = head.mocap_count + head.tree_count == 0 and w.spares == w.contact_room
+    for i in range(head.free_count if clear else 0):
+        clear = clear and stays_clear(head, free_at(head.frees, i))
+    return clear
 
 
 @jit
@@ -303,7 +312,7 @@ def compute(m, d, instance, capability):
         send_report(head, notices.EDITED, 0.0)
         head = head_of(m, d, instance)
     head.newest = (head.newest + 1) % STARTS
-    save_state(head, shifted(head.recent, head.newest * (1 + head.nq + head.nv)))
+    save_state(head, last_state(head))
     d = data_at(head.data, 0)
     if head.calm * head.idle != 0 and floats(d.plugin_state, head.state, 1)[TOKEN] == head.token:
         return  # no contact presses, and `given` is zero already
@@ -328,8 +337,9 @@ def advance(m, d, instance):
         send_report(head, notices.EDITED, 0.0)
         head = head_of(m, d, instance)
         done = step_world(head)
-    head.calm = max(done, MOVED)
-    save_state(head, head.left)
+    if done != REPEATED:
+        head.calm = max(done, MOVED)
+        save_state(head, head.left)
     if head.sense != 0:
         head.averages = 1
         call_sense(head.sense, head.address, 1)

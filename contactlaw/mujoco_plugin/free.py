@@ -17,7 +17,7 @@ from math import sqrt
 import numpy as np
 
 from contactlaw.memory import whole_at
-from contactlaw.mujoco_plugin.block import floats, shifted
+from contactlaw.mujoco_plugin.block import floats, free_at, shifted
 from contactlaw.mujoco_plugin.layout import data_at, jit
 from contactlaw.world.bodies.motion import set_axes, spin_change, spin_rate, update_momentum
 from contactlaw.world.contacts.force import is_quasi_static
@@ -37,6 +37,7 @@ from contactlaw.world.data.vec import (
     sub,
     turn_by,
 )
+from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.trees.mobility import clear, copy
 
 
@@ -62,8 +63,32 @@ def frame_of(f, q):
 
 
 @jit
-def stays_within_margin(head, f):
-    """Return whether a body has stayed within its margin in this step.
+def set_clearance(head, w, f):
+    """Set how far a body may move until near pairs must be listed anew; its pairs reduce that, see `reduce_clearance`.
+
+    Only where no contact is in use, and no two shapes have a guard; else the clearance is negative.
+    """
+    b = body_at(w.bodies, f.body)
+    store(f.cleared, load(b.position))
+    alone = w.spares == w.contact_room and w.guard_count == 0
+    f.clearance = b.margin - norm(sub(load(b.position), load(b.listed_position))) if alone else -1.0
+
+
+@jit
+def reduce_clearance(head, w, p):
+    """Let the free bodies of a near pair move together no further than its gap is wide."""
+    a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+    overlap, _, _, _ = meet_near(w, p, a, b)
+    share = 0.5 if a.inverse_mass != 0.0 and b.inverse_mass != 0.0 else 1.0
+    for one, i in ((a, p.body_a), (b, p.body_b)):
+        if one.inverse_mass != 0.0:
+            f = free_at(head.frees, i - 1)
+            f.clearance = min(f.clearance, one.turned * one.reach - share * overlap)
+
+
+@jit
+def stays_clear(head, f):
+    """Return whether a body cannot have touched anything in this step: it has stayed within its clearance.
 
     Also sums up the angle that it has turned, unless it is a ball about its own centre. The path in the step is short,
     so the sum of its components bounds it.
@@ -83,7 +108,7 @@ def stays_within_margin(head, f):
         centre = add(centre, arm)
         if not same_as_left(head, f.q, 7, f.v, 6):
             return False
-    left, moved = b.margin - path, sub(centre, load(b.listed_position))
+    left, moved = f.clearance - path, sub(centre, load(f.cleared))
     return left >= 0.0 and dot(moved, moved) <= left * left
 
 

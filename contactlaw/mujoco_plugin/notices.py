@@ -11,18 +11,16 @@ from numba import types
 
 from contactlaw.memory import caller, set_whole, whole_at
 from contactlaw.mujoco_plugin.layout import jit
-from contactlaw.pair import DEEPEST, FOUND_IN, TOO_DEEP
-from contactlaw.world.data.access import contact_at, near_at, pair_at, world_at
+from contactlaw.world.contacts import doubts
+from contactlaw.world.contacts.doubts import doubt_value, doubts_of
+from contactlaw.world.data.access import contact_at, near_at, world_at
 from contactlaw.world.data.call import error_pending, raise_later
-from contactlaw.world.shapes.curvature import UNCLEAR, radius_is_clear
 
-DEEP, BUILT, FULL, DAMAGED, UNCLEAR_RADIUS, SWITCHED_OFF, UNSAVED, EDITED, TOWED = (1 << bit for bit in range(9))
+FULL, DAMAGED, SWITCHED_OFF, UNSAVED, EDITED, TOWED = (1 << bit for bit in range(len(doubts.DOUBTS), 9))
 
-TEXTS = {
+TEXTS = doubts.TEXTS | {
     EDITED: "the model has been edited, and the law keeps the old values: ",
-    DEEP: TOO_DEEP,
-    BUILT: f"{FOUND_IN}; overlaps='keep' takes it as given",
-    UNCLEAR_RADIUS: UNCLEAR,
+    doubts.PUT_IN: f"{doubts.TEXTS[doubts.PUT_IN]}; overlaps='keep' takes it as given",
     DAMAGED: "the law's part of plugin_state was not written by a step of this model (it is of another model, or "
     "damaged); contacts start anew",
     SWITCHED_OFF: "disableflags: spring and damper are both disabled, and with them all passive forces: "
@@ -72,18 +70,15 @@ def send_report(head, code, value):
 
 @jit
 def report_contacts(head, w):
-    """Report overlaps that are too deep for Hertz or were taken off, ambiguous radii, and contacts without room."""
+    """Report what is doubtful about contacts, and contacts without room."""
     for k in range(w.nears):
         p = near_at(w.near, k)
-        if p.slot < 0:
-            continue
-        c = contact_at(w.contacts, p.slot)
-        if c.deepest > DEEPEST * c.touch.radius:
-            report_contact(head, c, DEEP, c.deepest / c.touch.radius)
-        if c.initial_overlap > 0.0:
-            report_contact(head, c, BUILT, c.initial_overlap / c.touch.radius)
-        if pair_at(w.pairs, c.pair).radius == 0.0 and not radius_is_clear(w, c):
-            report_contact(head, c, UNCLEAR_RADIUS, c.touch.radius)
+        if p.slot >= 0:
+            c = contact_at(w.contacts, p.slot)
+            bits = doubts_of(w, c)
+            for bit in doubts.DOUBTS:
+                if bits & bit != 0:
+                    report_contact(head, c, bit, doubt_value(c, bit))
     if w.lost > 0:
         report_once(head, FULL, float(w.contact_room))
         w.lost = 0

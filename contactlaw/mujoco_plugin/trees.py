@@ -36,7 +36,7 @@ from numba import types
 from contactlaw.jit import address_of, compiling
 from contactlaw.memory import caller
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import entry, floats, head_at, jointed_at, number, shifted
+from contactlaw.mujoco_plugin.block import entry, floats, head_at, jointed_at, last_state, number
 from contactlaw.mujoco_plugin.free import same_as_left
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.mujoco_plugin.notices import TOWED, report_once
@@ -154,7 +154,7 @@ def read_tree(head, j, t):
     held, given = floats(d.qfrc_constraint, j.v, n), floats(head.given, j.v, n)
     store(t.gravity, load(head.gravity))
     copy(floats(head.start, 1 + j.q, t.q_size), vector(t.q, t.q_size))
-    copy(floats(last_evaluated(head), 1 + head.nq + j.v, n), vector(t.v_f, n))
+    copy(floats(last_state(head), 1 + head.nq + j.v, n), vector(t.v_f, n))
     clear(v)
     for i in range(n):
         f[i] = (smooth[i] + bias[i]) + (held[i] - given[i])
@@ -173,12 +173,6 @@ def read_tree(head, j, t):
     for i in range(n if leads else 0):
         v[i] += head.lag * a[i]  # the velocities at the time of the coordinates
     t.stale = 1
-
-
-@jit
-def last_evaluated(head):
-    """Return the address of the state for which the engine last evaluated forces."""
-    return shifted(head.recent, (1 + head.nq + head.nv) * head.newest)
 
 
 @jit
@@ -259,7 +253,7 @@ def read_limits(head, j, t):
         if k < 0 or k >= n:
             continue
         axis, ends, reference = axis_at(t.axes, k), floats(m.jnt_range, 2 * joint, 2), floats(d.efc_KBIP, 4 * row, 3)
-        q, v = number(last_evaluated(head), 1 + coordinate), number(last_evaluated(head), 1 + head.nq + j.v + k)
+        q, v = number(last_state(head), 1 + coordinate), number(last_state(head), 1 + head.nq + j.v + k)
         beyond, weight = number(d.efc_pos, row), number(d.efc_D, row)
         r = beyond - number(d.efc_margin, row)
         side = 1.0 if abs(q - ends[0] - beyond) < abs(ends[1] - q - beyond) else -1.0

@@ -6,21 +6,16 @@ from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit, jit_inside
 from contactlaw.memory import doubles_at
-from contactlaw.pair import DEEPEST
 from contactlaw.pybullet_callback.read import read_accelerations
 from contactlaw.pybullet_callback.rows import (
     ASLEEP,
     EXACT,
     FLAGS,
     LISTED,
-    NO_RADIUS,
     NO_ROOM,
     NOT_FINITE,
     NOTED,
     OTHERS,
-    PUT_IN,
-    SEEN,
-    TOO_FAR,
     UNKNOWN,
     head_at,
     note_end,
@@ -32,7 +27,8 @@ from contactlaw.pybullet_callback.rows import (
     torque_for,
 )  # fmt: skip
 from contactlaw.world.bodies.motion import set_axes, spin_rate
-from contactlaw.world.data.access import body_at, contact_at, pair_at, world_at
+from contactlaw.world.contacts.doubts import doubts_of
+from contactlaw.world.data.access import body_at, contact_at, world_at
 from contactlaw.world.data.call import address, call_step, ready
 from contactlaw.world.data.demand import STEP
 from contactlaw.world.data.records import CLOSED, FREE
@@ -51,7 +47,6 @@ from contactlaw.world.data.vec import (
     store4,
     sub,
 )
-from contactlaw.world.shapes.curvature import radius_is_clear
 from contactlaw.world.sleep import is_at_rest
 from contactlaw.world.step import GROWING_ROOM
 
@@ -122,14 +117,9 @@ def check_contacts(head, w):
         if c.phase == FREE:
             seen[slot] = 0.0
             continue
-        known = int(seen[slot])
-        notes = known | SEEN | (TOO_FAR if c.deepest > DEEPEST * c.touch.radius else 0)
-        notes |= PUT_IN if c.initial_overlap > 0.0 else 0
-        if known == 0 and pair_at(w.pairs, c.pair).radius == 0.0 and not radius_is_clear(w, c):
-            notes |= NO_RADIUS
-        if notes > known | SEEN:
-            flags |= NOTED
-        seen[slot] = notes
+        known, bits = int(seen[slot]), doubts_of(w, c)
+        flags |= NOTED if bits & ~known != 0 else 0
+        seen[slot] = known | bits
         if c.phase == CLOSED:
             row_at(head.rows, c.body_a - 1).pressed = 1
             row_at(head.rows, c.body_b - 1).pressed = 1

@@ -44,7 +44,7 @@ ROW = record(
 """A body of the world in PyBullet."""
 
 HEAD = record(
-    world="u8", rows="u8", seen="u8", count="i8",
+    world="u8", rows="u8", seen="u8", count="i8",  # `seen`: of each slot the bits of `contacts.doubts` found so far
     dt="f8", gravity=VECTOR,
     simple="i8",  # no body has joints, no shape must be measured
     list_first="i8",  # near pairs of the next step must be listed before Bullet's step
@@ -60,7 +60,6 @@ EXACT = 1e-12  # relative difference that counts as rounding
 NOTED, LISTED, ASLEEP, FLAGS = 1, 2, 4, 8  # bits of `check_contacts`, and the first free one: see there
 NOT_FINITE, NO_ROOM, OTHERS, UNKNOWN = -1, -2, -3, -4  # of `finish_step`
 PASSED, LIST = -2, -3  # of `begin_step`
-SEEN, TOO_FAR, NO_RADIUS, PUT_IN = 1, 2, 4, 8  # bits of what has been seen of a contact, see `check_contacts`
 
 head_at: Any = element(HEAD)
 row_at: Any = element(ROW)

@@ -10,21 +10,19 @@ import numpy as np
 import pybullet as p
 from numpy.typing import NDArray
 
-from contactlaw.pair import FOUND_IN, TOO_DEEP
+from contactlaw.jit import plain
 from contactlaw.pybullet_callback.bodies import Bodies
 from contactlaw.pybullet_callback.contact import Contact, ContactState, parents_of
 from contactlaw.pybullet_callback.measure import Measured
-from contactlaw.pybullet_callback.rows import NO_RADIUS, PUT_IN, TOO_FAR
 from contactlaw.pybullet_callback.shapes import Key, Side, can_move
 from contactlaw.pybullet_callback.trees import Tree
 from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
+from contactlaw.world.contacts.doubts import TEXTS, doubt_value
 from contactlaw.world.contacts.ledger import Ledger, ledger
 from contactlaw.world.data.records import FREE, Arrays
-from contactlaw.world.shapes.curvature import UNCLEAR
 from contactlaw.world.shapes.description import tangent
 
-CROWD_SUBSTEPS = 60  # of a damped impact in an island of many contacts; `World` has 20
 # state that is saved, and kept when contacts are added or removed: of `Tree`, and of a body of the world
 TREE_STATE = ("left", "start", "bullet_time", "correction", "force", "push", "pressed", "matrix", "free_acceleration")
 BODY_STATE = ("asleep", "held", "momentum", "position", "quaternion", "axes")
@@ -61,7 +59,7 @@ class Scene:
         order = [key for key in old.shapes if key in sides] if old else []
         order += [key for key in sides if key not in order] if old else list(sides)
         most = max([contact.substeps for contact in contacts.values()], default=100)
-        self.world = World(0.0, substeps=most, crowd_substeps=min(most, CROWD_SUBSTEPS))
+        self.world = World(0.0, substeps=most)
         self.shapes: dict[Key, list[int]] = {}
         self._side_of: dict[int, Key] = {}
         self._row: dict[Key, int] = {}
@@ -160,14 +158,10 @@ class Scene:
     def new_warnings(self, slot: int, record: Any) -> Iterator[tuple[str, str]]:
         """Yield warnings about a contact that have not been given for its two sides: the sides, and the text."""
         contact, one, two, _ = self.sides_of(record)
-        radius, seen = float(record["touch"]["radius"]), int(self.bodies.seen[slot])
-        for holds, text, value in (
-            (seen & TOO_FAR, TOO_DEEP, record["deepest"] / max(radius, 1e-300)), (seen & NO_RADIUS, UNCLEAR, radius),
-            (seen & PUT_IN, FOUND_IN, record["initial_overlap"] / max(radius, 1e-300)),
-        ):  # fmt: skip
-            if holds and (one.key, two.key, text) not in contact.told:
+        for bit, text in TEXTS.items():
+            if int(self.bodies.seen[slot]) & bit and (one.key, two.key, text) not in contact.told:
                 contact.told.add((one.key, two.key, text))
-                yield f"{one} and {two}", text.format(value)
+                yield f"{one} and {two}", text.format(plain(doubt_value)(record, bit))
 
     def states(self, handle: int, *these: tuple[Key, Key]) -> list[ContactState]:
         """Return the contacts of a handle that touched within the last step, and those of `these` in any case."""

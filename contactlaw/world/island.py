@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from math import ceil, floor, nan
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_inline, jit_inside
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.bodies.bounds import time_to_close
 from contactlaw.world.bodies.motion import closing_at, drift, fly, greatest_closing, settle, turn_rate
@@ -194,7 +194,7 @@ def take_substeps(w, bodies, pairs, t, now, until):
     return t
 
 
-@jit_inside
+@jit_inline
 def kick_bodies(w, pairs, h, next_h):
     """Kick bodies with the forces of contacts for half a substep of h [s] and half of the next one.
 
@@ -213,7 +213,7 @@ def kick_bodies(w, pairs, h, next_h):
             end_contact(p, c)
 
 
-@jit_inside
+@jit_inline
 def update_paths(w, bodies, longer):
     """Add what surfaces moved in a substep to their paths, and predict the next substep, `longer` times as long.
 
@@ -236,7 +236,7 @@ def is_lost(w, bodies, time):
     return out
 
 
-@jit_inside
+@jit_inline
 def evaluate_contacts(w, pairs, span, few):
     """Evaluate all contacts at the end of a substep; return how many are closed, and the shortest substep needed [s].
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from math import ceil, sqrt
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_inline, jit_inside
 from contactlaw.world.data.access import link_at, tree_at
 from contactlaw.world.data.call import ask_mobility, call_with_body, call_with_number, call_with_vectors
 from contactlaw.world.data.vec import (
@@ -48,7 +48,7 @@ def fly(b, until):
     b.time = until
 
 
-@jit_inside
+@jit_inline
 def drift(b, h):
     """Move a body for h [s] without contacts, and set `shift` and `twist`. A tree moves when its first body does."""
     if b.tree != 0:
@@ -215,13 +215,15 @@ def acceleration_at(b, arm):
     return add(load(b.acceleration), add(cross(load(b.turning), arm), cross(w, cross(w, arm))))
 
 
-@jit_inside
+@jit_inline
 def moved_at(b, arm):
     """Return the displacement [m] of a body's point in the last substep; arm: at its middle."""
+    if b.still != 0:
+        return ZERO
     return add(load(b.shift), cross(load(b.twist), arm))
 
 
-@jit_inside
+@jit_inline
 def kick(b, impulse, moment):
     """Apply an impulse [N s] and an angular impulse about the centre of mass [N m s] to a body."""
     if b.tree != 0:

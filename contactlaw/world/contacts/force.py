@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import isfinite, sqrt
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_inline, jit_inside
 from contactlaw.laws import rolling, speeds, torsion
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import LASTING, OPEN, PAIR_SIZE, SPUN, ask_energy, ask_stiffness
@@ -30,7 +30,7 @@ FULL = 1.0 - 1e-3  # share of mu P from which a friction force counts as the lim
 ROUNDING = 1e-12  # twist about the normal that counts as zero, over the rotations of both bodies
 
 
-@jit_inside
+@jit_inline
 def advance_contact(w, c, slot, moved, slide, dt, free):
     """Update the forces and the torsional moment of the closed contact in a slot for its present overlap.
 
@@ -75,7 +75,7 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
         add_dashpot(t, slide[0], slide[1])
 
 
-@jit_inside
+@jit_inline
 def has_dashpot(c):
     """Return whether a tangential dashpot acts: in quasi-static persistent contacts with damping along the normal.
 
@@ -85,7 +85,7 @@ def has_dashpot(c):
     return t.course == LASTING and t.friction > 0.0 and t.zeta > 0.0 and is_quasi_static(c, 1.0)
 
 
-@jit_inside
+@jit_inline
 def twist_of(c, a, b):
     """Return the rotation [rad] of A over B about the normal in the last substep; zero if it may be rounding alone."""
     turn_a, turn_b = load(a.twist), load(b.twist)
@@ -168,7 +168,7 @@ def has_rigid_friction(w, c):
     return c.touch.friction > 0.0 and not isfinite(ask_stiffness(law_of(w, pair), c.touch, law_numbers(w, pair)))
 
 
-@jit_inside
+@jit_inline
 def is_quasi_static(c, share):
     """Return whether a closed contact hardly moves along its normal: inertia matters little beside its force P.
 

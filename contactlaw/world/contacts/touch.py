@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_inline, jit_inside
 from contactlaw.laws import speeds
 from contactlaw.laws.ellipse import share_along
 from contactlaw.laws.hertz import greatest_overlap, hertz_stiffness
@@ -226,7 +226,7 @@ def add_to_ledger(c, ledger_io):
     ledger_io[5] += c.friction_work
 
 
-@jit_inside
+@jit_inline
 def turn_frame(c, n, twist):
     """Turn a contact's frame to normal n: the tangent turns with it without twist, then by `twist` [rad] about it."""
     old = load(c.normal)
@@ -240,7 +240,7 @@ def turn_frame(c, n, twist):
     store(c.normal, n)
 
 
-@jit_inside
+@jit_inline
 def meet_contact(c, sa, a, sb, b):
     """Return `geometry.meet` for a closed contact, whose last overlap and normal are known.
 
@@ -267,7 +267,7 @@ def meet_contact(c, sa, a, sb, b):
     return overlap, n, arm_a, arm_b
 
 
-@jit_inside
+@jit_inline
 def measure(w, c, a, b):
     """Update overlap, frame, arms and displacement of a contact after its bodies have moved.
 
@@ -276,14 +276,13 @@ def measure(w, c, a, b):
     """
     sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
     overlap, n, arm_a, arm_b = meet_contact(c, sa, a, sb, b)
-    t = c.touch
+    t, old = c.touch, load(c.normal)
     mean_a, mean_b = scale(0.5, add(arm_a, load(c.arm_a))), scale(0.5, add(arm_b, load(c.arm_b)))
     moved = sub(moved_at(a, mean_a), moved_at(b, mean_b))
-    turned = dot(n, load(c.normal)) < 1.0 - 0.5 * MASS_TURN * MASS_TURN
     turn_frame(c, n, 0.5 * dot(add(load(a.twist), load(b.twist)), n))
     store(c.arm_a, arm_a)
     store(c.arm_b, arm_b)
-    if turned:
+    if n != old and dot(n, old) < 1.0 - 0.5 * MASS_TURN * MASS_TURN:
         update_masses(c, a, b)
     e = load(c.tangent)
     f = cross(n, e)
@@ -294,7 +293,7 @@ def measure(w, c, a, b):
     t.overlap = overlap - c.initial_overlap
 
 
-@jit_inside
+@jit_inline
 def advance(w, c, slot, span):
     """Update the force, the end weight and the ledger of the contact in a slot, after `measure`.
 
@@ -313,10 +312,10 @@ def advance(w, c, slot, span):
         add_work(c, 0.5 + c.end_weight, overlap - before, moved)
         return
     add_work(c, 0.5, overlap - before, moved)
-    closing = (overlap - before) / h
+    closing = (overlap - before) * (1.0 / h)  # products by quotients that are known before the overlap is
     own = t.force / t.mass
     if c.interval > 0.0:
-        c.closing_acceleration = (closing - t.closing) / (0.5 * (h + c.interval))
+        c.closing_acceleration = (closing - t.closing) * (2.0 / (h + c.interval))
     else:
         a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
         c.closing_acceleration = -dot(sub(load(a.acceleration), load(b.acceleration)), load(c.normal)) - own
@@ -326,7 +325,7 @@ def advance(w, c, slot, span):
     if c.coasted_from > 0.0:
         total, t.before, c.coasted_from = add(moved, load(c.coasted)), c.coasted_from, 0.0
     count = side_by_side(body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b))
-    free = c.closing_acceleration / count + own, count * h
+    free = c.closing_acceleration * (1.0 / count) + own, count * h
     force.advance_contact(w, c, slot, total, scale(1.0 / h, moved), h, free)
     if opening:
         inside = min(overlap / (overlap - min(before, 0.0)), 1.0)
@@ -347,7 +346,7 @@ def advance(w, c, slot, span):
         c.duration += h
 
 
-@jit_inside
+@jit_inline
 def side_by_side(a, b):
     """Return how many closed contacts one of two bodies has, at most.
 
@@ -358,7 +357,7 @@ def side_by_side(a, b):
     return max(max(a.pressing if a.still == 0 else 1, b.pressing if b.still == 0 else 1), 1)
 
 
-@jit_inside
+@jit_inline
 def add_work(c, share, gained, moved):
     """Add the work of a share of a contact's force and moments on the bodies to its ledger.
 
@@ -372,20 +371,23 @@ def add_work(c, share, gained, moved):
     c.friction_work -= share * (c.bending[0] * c.rolled[0] + c.bending[1] * c.rolled[1])
 
 
-@jit_inside
+@jit_inline
 def force_of(c):
     """Return the force on A [N], in the contact's present frame."""
     t, n, e = c.touch, load(c.normal), load(c.tangent)
     return axpy(t.force, n, axpy(-t.f, e, scale(-t.g, cross(n, e))))
 
 
-@jit_inside
+@jit_inline
 def apply_force(c, a, b, time):
     """Apply the force and moment of a contact to both bodies for a time [s], equal and opposite, at one point."""
     impulse = scale(time, load(c.force))
     a.touched = 1
     b.touched = 1
-    moment = scale(time, moment_of(c))
-    kick(a, impulse, sub(cross(load(c.arm_a), impulse), moment))
-    kick(b, scale(-1.0, impulse), sub(moment, cross(load(c.arm_b), impulse)))
+    about_a, about_b = cross(load(c.arm_a), impulse), cross(impulse, load(c.arm_b))
+    if c.torsion.moment != 0.0 or c.bending[0] != 0.0 or c.bending[1] != 0.0:
+        moment = scale(time, moment_of(c))
+        about_a, about_b = sub(about_a, moment), add(about_b, moment)
+    kick(a, impulse, about_a)
+    kick(b, scale(-1.0, impulse), about_b)
     store(c.impulse, add(load(c.impulse), impulse))

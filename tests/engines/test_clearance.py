@@ -1,0 +1,73 @@
+"""Bodies near each other that cannot touch in a step: the world does not take it, and no touch is found late."""
+
+import numba
+import numpy as np
+import pytest
+
+mujoco = pytest.importorskip("mujoco")
+if numba.config.DISABLE_JIT:
+    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
+
+from contactlaw import MATERIALS, ContactPair  # noqa: E402
+from contactlaw.mujoco_plugin import layout, load_model  # noqa: E402
+from contactlaw.mujoco_plugin.block import HEAD  # noqa: E402
+from contactlaw.mujoco_plugin.callbacks import CALM, MOVED  # noqa: E402
+from contactlaw.mujoco_plugin.layout import record_at  # noqa: E402
+from contactlaw.world.data.records import WORLD  # noqa: E402
+
+STEEL = ContactPair(MATERIALS["steel"], MATERIALS["steel"], friction=0.1, restitution=1.0)
+ROOM = """<mujoco><option timestep="{dt}" integrator="{integrator}" gravity="0 0 -9.81"/><worldbody>
+<geom name="w0" type="plane" size="1 1 1"/>
+<geom name="w1" type="plane" size="1 1 1" pos="0 0 .4" euler="180 0 0"/>
+<geom name="w2" type="plane" size="1 1 1" pos=".15 0 0" euler="0 -90 0"/>
+<geom name="w3" type="plane" size="1 1 1" pos="-.15 0 0" euler="0 90 0"/>
+<geom name="w4" type="plane" size="1 1 1" pos="0 .15 0" euler="90 0 0"/>
+<geom name="w5" type="plane" size="1 1 1" pos="0 -.15 0" euler="-90 0 0"/>{bodies}</worldbody></mujoco>"""
+BODY = """<body pos="{} {} {}"><freejoint/><geom name="a{}" size=".02" pos=".02 0 0" density="7833"/>
+<geom name="b{}" size=".02" pos="-.02 0 0" density="7833"/></body>"""
+
+
+def head_of(data):
+    """The head of the block of the leading instance, and the record of its world."""
+    blocks = record_at(data._address, layout.DATA, 1)[0]["plugin_data"]
+    head = record_at(record_at(int(blocks), np.uint64, 1)[0], HEAD, 1)[0]
+    return head, record_at(int(head["world"]), WORLD, 1)[0]
+
+
+def test_a_ball_that_flies_close_to_the_floor_is_left_to_the_engine():
+    model = load_model(
+        """<mujoco><option timestep="1e-3"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+        <body pos="0 0 .0262"><freejoint/><geom name="ball" size=".025"/></body></worldbody></mujoco>""",
+        [("ball", "floor", STEEL)],
+    )
+    data, how = mujoco.MjData(model), []
+    head, world = head_of(data)
+    for _ in range(200):
+        mujoco.mj_step(model, data)
+        assert world["nears"] == 1
+        how.append(int(head["calm"]))
+    assert set(how) == {CALM, MOVED}
+    assert how.count(CALM) > 120
+    assert world["late"] == 0
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "RK4"])
+@pytest.mark.parametrize("seed", range(3))
+def test_no_touch_of_tumbling_dumbbells_is_found_late(seed, integrator):
+    rng = np.random.default_rng(seed)
+    places = [(-0.07, -0.07, 0.1), (0.07, 0.07, 0.2), (-0.06, 0.07, 0.3)]
+    bodies = "".join(BODY.format(*place, number, number) for number, place in enumerate(places))
+    names = [f"{end}{number}" for number in range(3) for end in "ab"]
+    model = load_model(
+        ROOM.format(dt=1e-3, integrator=integrator, bodies=bodies),
+        [(names, [*names, *(f"w{number}" for number in range(6))], STEEL)],
+    )
+    data = mujoco.MjData(model)
+    data.qvel[:] = rng.uniform(-1.0, 1.0, 18) * np.tile([1.0] * 3 + [20.0] * 3, 3)
+    head, world = head_of(data)
+    calm = 0
+    for _ in range(1500):
+        mujoco.mj_step(model, data)
+        calm += head["calm"] == CALM and world["nears"] > 0
+    assert calm > 50
+    assert world["late"] == 0
