@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 import contactlaw
-from contactlaw import LAWS, MATERIALS, ContactPair, ContactWarning, Material, rebound
+from contactlaw import MATERIALS, ContactPair, ContactWarning, Material, rebound
 from contactlaw.calibration.reading import SPINS, VELOCITIES, calibrate_columns, read_table
 from contactlaw.ending import run
+from contactlaw.laws import choices, ranked
 
 TABLE = f"""CSV file in SI units, one impact a row. Its first row names the columns: {", ".join(VELOCITIES)} (speeds of
 approach and of separation, and velocities of the contact point along the surface, both positive in the same direction).
@@ -54,7 +55,7 @@ def _parser() -> argparse.ArgumentParser:
     one = command("rebound", _rebound, "psi_2 after whole impacts, psi = (kappa/mu) V_x/V_z1")
     one.add_argument("psi_1", type=float, nargs="+", help="before the impact")
     one.add_argument("--chi", type=float, default=1.256, help="(kappa/2) m_N/m_T; default: the paper's steel puck")
-    one.add_argument("--law", default="microslip", help=" | ".join(LAWS))
+    one.add_argument("--law", default="microslip", help=choices())
     one.add_argument("--restitution", type=float, default=1.0, help="in [1e-6, 1]")
     one.add_argument("--json", action="store_true", help="one JSON object")
 
@@ -99,10 +100,11 @@ def _rebound(given: argparse.Namespace) -> None:
 
 
 def _material(text: str) -> Material | str:
-    words = text.split()
-    if len(words) != 2 or text in MATERIALS:
+    try:
+        youngs_modulus, poissons_ratio = map(float, text.split())
+    except ValueError:
         return text
-    return Material(float(words[0]), float(words[1]), name=text)
+    return Material(youngs_modulus, poissons_ratio, name=text)
 
 
 def _pair(given: argparse.Namespace) -> None:
@@ -164,8 +166,8 @@ def _materials(_: argparse.Namespace) -> None:
 
 
 def _laws(_: argparse.Namespace) -> None:
-    for name, law in LAWS.items():
-        print(f"{name}: {(type(law).__doc__ or '').splitlines()[0]}")
+    for name, kind in ranked():
+        print(f"{name}: {(kind.__doc__ or '').splitlines()[0]}")
 
 
 if __name__ == "__main__":

@@ -27,12 +27,16 @@ def test_a_pair_by_names_or_numbers(capsys):
     assert "kappa" in said.out and "coupled" in said.err
     assert main(["pair", "Steel", "2e11 0.3"]) == 2
     assert "did you mean 'steel'" in capsys.readouterr().err
+    assert main(["pair", "steel", "hard 0.3"]) == 2
+    assert "b = 'hard 0.3': must be one of steel" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", ["materials", "laws"])
 def test_lists(command, capsys):
     assert main([command]) == 0
-    assert len(capsys.readouterr().out.splitlines()) >= 5
+    said = capsys.readouterr().out
+    assert len(said.splitlines()) >= 5
+    assert command == "materials" or "microslip_turning: " in said
 
 
 @pytest.mark.parametrize(

@@ -16,11 +16,12 @@ for _module in iter_modules(__path__, f"{__name__}."):
     import_module(_module.name)
 
 
-def _ranked() -> list[tuple[str, type[Law]]]:
+def ranked() -> list[tuple[str, type[Law]]]:
+    """Return all known laws by name, in the order of their rungs."""
     return sorted(KNOWN.items(), key=lambda item: item[1].rung)
 
 
-LAWS: dict[str, Law] = {name: kind() for name, kind in _ranked() if kind.rung < inf}
+LAWS: dict[str, Law] = {name: kind() for name, kind in ranked() if kind.rung < inf}
 """Laws of the ladder by name, with default fields, in the order of their rungs."""
 
 
@@ -43,7 +44,7 @@ def law_of(value: str | Law) -> Law:
 
 def choices() -> str:
     """Return the names of all known laws with their fields, for a help text."""
-    return "|".join("".join([name, *(f" {field.name}=..." for field in fields(law))]) for name, law in _ranked())
+    return "|".join("".join([name, *(f" {field.name}=..." for field in fields(law))]) for name, law in ranked())
 
 
 def text_of(law: Law) -> str:

@@ -22,7 +22,7 @@ from contactlaw.mujoco_plugin.layout import data_at, jit
 
 OF_BODIES = ("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia")
 BITS = "geom_contype", "geom_conaffinity"
-OF_GEOMS = (*BITS, "geom_size", "geom_pos", "geom_quat", "geom_friction")
+OF_GEOMS = (*BITS, "geom_type", "geom_size", "geom_pos", "geom_quat", "geom_friction")
 OF_FIELDS = ("hfield_size", "hfield_data")
 OF_ALL = ("jnt_pos", "jnt_axis", "dof_armature", "dof_damping", OF_FIELDS[0])
 MAX_GAP = 32  # doubles between two ranges that are compared as one: quicker than to begin another range

@@ -28,7 +28,7 @@ import pybullet as p
 from contactlaw import checks
 from contactlaw.pair import ContactPair
 from contactlaw.pybullet_callback.callback import ContactCallback
-from contactlaw.pybullet_callback.shapes import BASE, Key, client_of, identity
+from contactlaw.pybullet_callback.shapes import BASE, Key, client_of, collision_shapes, identity
 
 Names = str | Sequence[str]
 Other = int | Names | Sequence[int] | Sequence[Key]
@@ -134,7 +134,7 @@ def links_of(body: int | Iterable[int], *names: Names, client: int = 0, argument
     if not bodies:
         raise ValueError(f"body = {body!r}: holds no bodies; must hold one or more")
     links = [(key, name) for one in bodies for key, name in _names(one, client)]
-    solid = {key for key, _ in links if p.getCollisionShapeData(*key, client)}
+    solid = {key for key, _ in links if collision_shapes(client, *key)}
     found: dict[Key, None] = {}
     for text in checks.flat(names) or ["*"]:
         if not isinstance(text, str):

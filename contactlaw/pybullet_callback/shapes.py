@@ -154,7 +154,7 @@ def read_side(client: int, which: str, body: Any, link: Any, there: dict[int, No
         raise ValueError(f"body_{which} = {body}: {what}; must be a multibody, as createMultiBody and loadURDF give")
     if any(p.getJointInfo(body, joint, client)[2] == p.JOINT_PLANAR for joint in range(joints)):
         raise ValueError(f"body_{which} = {body}: has a planar joint, whose inertia cannot be read; others are allowed")
-    shapes = p.getCollisionShapeData(body, link, client)
+    shapes = collision_shapes(client, body, link)
     if not shapes:
         raise ValueError(f"body_{which} = {body}, link_{which} = {link}: has no collision shape to touch with")
     sides = [
@@ -166,6 +166,17 @@ def read_side(client: int, which: str, body: Any, link: Any, there: dict[int, No
     if all(side.size for side in sides):
         return Side(body, link, PIECES, (), np.zeros(3), np.eye(3), pieces=tuple(sides))
     return _side(client, body, link, "compound", (0.0, 0.0), np.zeros(3), np.eye(3))
+
+
+def collision_shapes(client: int, body: int, link: int) -> Any:
+    """Return the collision shapes of a link as PyBullet's `getCollisionShapeData` does, and height fields too.
+
+    Those are missing there, but the shape to be drawn, which PyBullet makes of each, tells of them.
+    """
+    found = p.getCollisionShapeData(body, link, client)
+    drawn = () if found else p.getVisualShapeData(body, physicsClientId=client)
+    fields = [one[5:7] for one in drawn if one[1] == link and one[2] == p.GEOM_HEIGHTFIELD]
+    return found or [(body, link, p.GEOM_HEIGHTFIELD, (0.0, 0.0, 0.0), b"", at, turn) for at, turn in fields]
 
 
 def _side(client: int, body: int, link: int, name: str, size: Any, position: Array, turn: Array) -> Side:

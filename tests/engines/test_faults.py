@@ -196,3 +196,21 @@ def test_a_state_of_another_model_is_refused(model):
     name = "contactlaw:ball:floor"
     with pytest.raises(ValueError, match="of another model"):
         contacts_of(model, there, name)
+
+
+def test_a_geom_of_another_type_is_followed_or_told_of():
+    """A ball needs less room in the state than a box: only the first of the two can be followed."""
+    crate = scene().replace('size=".025"', 'type="box" size=".025 .025 .025"')
+    heights = []
+    for text, kind, told in ((crate, mujoco.mjtGeom.mjGEOM_SPHERE, False), (scene(), mujoco.mjtGeom.mjGEOM_BOX, True)):
+        model = load_model(text, CONTACTS)
+        data = mujoco.MjData(model)
+        mujoco.mj_step(model, data, 10)
+        model.geom_type[1], model.geom_size[1] = kind, 0.02
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always", ContactWarning)
+            mujoco.mj_step(model, data, 500)
+        messages = [str(one.message) for one in said]
+        assert any("keeps the old values" in message for message in messages) == told, messages
+        heights.append(data.qpos[2])
+    assert heights == pytest.approx([0.02, 0.025], abs=1e-5)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from mujoco_scenes import mujoco, steel_pair, with_data
 
-from contactlaw import MATERIALS, ContactPair
+from contactlaw import MATERIALS, ContactPair, Material
 from contactlaw.mujoco_plugin import load_model
 
 UNSEEN = 'contype="0" conaffinity="0"'
@@ -69,6 +69,24 @@ def test_a_tendon_that_damps_two_hinges_of_a_finger_is_felt_in_an_impact(damping
         after.append(np.append(data.qvel[:2], 10.0 * data.qvel[4]))
     assert abs(after[1][1]) > 5.0
     np.testing.assert_allclose(after[0], after[1], rtol=5e-3)
+
+
+@pytest.mark.parametrize(("youngs_modulus", "step"), [(4e6, 5e-4), (4e6, 2e-3), (4e6, 5e-3), (1e8, 2e-3)])
+@pytest.mark.parametrize("damping", [0.1, 1.0])
+def test_an_arm_with_damping_that_lies_on_a_soft_end_stands_still_and_sleeps(youngs_modulus, step, damping):
+    """Its contact lasts too long for implicit steps; gravity, damping and the contact must balance in substeps."""
+    soft = Material(youngs_modulus, 0.3)
+    model = load_model(
+        f"""<mujoco><option timestep="{step}"/><worldbody><geom name="floor" type="plane" size="1 1 .1"/>
+        <body pos="0 0 .3"><joint axis="0 1 0" damping="{damping}"/>
+        <geom name="arm" type="capsule" size=".02" fromto="0 0 0 .3 0 -.1" mass=".3"/></body></worldbody></mujoco>""",
+        [("arm", "floor", ContactPair(soft, soft, friction=0.5, restitution=0.3))],
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, round(6.0 / step))
+    angle = data.qpos[0]
+    mujoco.mj_step(model, data, 100)
+    assert data.qvel[0] == 0.0 and data.qpos[0] == angle
 
 
 def arm(step, integrator, limit, solref):

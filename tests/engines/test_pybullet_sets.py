@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pybullet_scenes import RADIUS, ball, in_contact, p, pair_of, plane, run, shape, velocities
 
-from contactlaw.pybullet_callback import ContactCallback
+from contactlaw.pybullet_callback import ContactCallback, links_of
 
 
 @pytest.mark.parametrize("dt", [1e-6, 1e-4, 1 / 240])
@@ -108,6 +108,30 @@ def test_pile_in_a_box_comes_to_rest(client: int) -> None:
         assert place[2] > radius - 1e-5
         assert np.abs(place[:2]).max() < 0.03 + 1e-5
         assert np.linalg.norm(velocities(client, body)[0]) < 0.02
+
+
+def test_a_ball_on_a_sloping_height_field_moves_as_on_a_plane(client: int) -> None:
+    """PyBullet does not list height fields among the collision shapes of a body."""
+    count, slope = 33, 0.2
+    heights = [0.1 * slope * (i - count // 2) for _ in range(count) for i in range(count)]
+    field = shape(
+        client, p.GEOM_HEIGHTFIELD, meshScale=[0.1, 0.1, 1.0], heightfieldData=heights,
+        numHeightfieldRows=count, numHeightfieldColumns=count,
+    )  # fmt: skip
+    p.setGravity(0, 0, -9.81, client)
+    ends = []
+    for number, ground in enumerate((field, shape(client, p.GEOM_PLANE, planeNormal=[-slope, 0.0, 1.0]))):
+        floor = p.createMultiBody(0.0, ground, physicsClientId=client)
+        body, callback = ball(client, [0.217, 0.031, 0.2]), ContactCallback(client)
+        callback.add_contact(body, links_of(floor, client=client) if number == 0 else floor, pair_of(radius=RADIUS))
+        for _ in range(240):
+            callback.step()
+        ends.append(np.concatenate([p.getBasePositionAndOrientation(body, client)[0], *velocities(client, body)]))
+        callback.remove_all()
+        p.removeBody(body, client)
+        p.removeBody(floor, client)
+    assert ends[0][0] < 0.1  # it has bounced and rolled down
+    np.testing.assert_allclose(ends[0], ends[1], atol=1e-4)
 
 
 def test_a_ball_on_a_mesh_or_cylinder_is_measured(client: int) -> None:

@@ -71,7 +71,7 @@ def accelerate(t):
 def set_forces(t, d, a):
     """a <- f - D (v - v_f), and the forces of active limits."""
     f, now, v_f = vector(t.f, t.v_size), vector(t.v, t.v_size), vector(t.v_f, t.v_size)
-    v = vector(t.room + 8 * t.q_size, t.v_size) if t.midway != 0 else now
+    v = vector(t.room + 8 * (t.q_size + 2 * t.v_size), t.v_size) if t.midway != 0 else now
     for k in range(t.v_size):
         axis = axis_at(t.axes, k)
         j, p, own = axis.parent, axis.depth, v[k] - v_f[k]

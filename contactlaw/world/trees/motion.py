@@ -9,8 +9,9 @@ included: with M + T/2 D in place of M, v1 - v0 = M^-1 (T (f - D (v0 + v1)/2) + 
 reduces each rate r to r/(1 + s r), with s such that no velocity loses more than half in a substep.
 
 In the leapfrog M and a are held for a few substeps, at their values in the middle of the kicks that end these: the
-error is of second order in how far the tree moves in that time. The drift between two such groups uses the mean of both
-a. The middle is predicted with the present contact forces, as a contains centripetal terms, which jump with v.
+error is of second order in how far the tree moves in that time. The drift between two such groups uses the a of the
+first up to its middle, then that of the second: what rests stays. The middle is predicted with the present contact
+forces, as a contains centripetal terms, which jump with v.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from contactlaw.jit import jit_inside
 from contactlaw.world.data.access import body_at, link_at, tree_at
 from contactlaw.world.data.call import call_on_tree
 from contactlaw.world.data.vec import add, load, norm, scale, store, sub
-from contactlaw.world.trees.dynamics import decay
+from contactlaw.world.trees.dynamics import decay, response_of
 from contactlaw.world.trees.kinematics import vector
 from contactlaw.world.trees.mobility import accelerate, apply_pending, clear, copy, move_bodies
 
@@ -119,21 +120,24 @@ def drift(b, h):
         store(one.shift, load(one.position))
         store(one.twist, load(one.spin))
     v, a, x = vector(t.v, n), vector(t.a, n), vector(t.x, n)
-    before = a
-    if t.hold == 0 or t.held != h:
+    before, fresh = a, t.hold == 0 or t.held != h
+    if fresh:
         before = vector(t.room + 8 * (t.q_size + n), n)
         copy(a, before)
         predict_midpoint(t, h)
     t.hold -= 1
     for k in range(n):
-        gain = 0.5 * h * (before[k] + a[k])
-        x[k] = h * (v[k] + 0.5 * gain)
-        v[k] += gain
+        x[k] = h * (v[k] + 0.5 * h * before[k])
+        v[k] += 0.5 * h * (before[k] + a[k])
     move_bodies(t)
+    for k in range(n if fresh else 0):
+        before[k] = 0.25 * h * h * (before[k] - a[k])  # by which x is more than the mean of both v has it
     for i in range(t.count):
         one = body_at(t.bodies, i)
         store(one.shift, sub(load(one.position), load(one.shift)))
         store(one.twist, scale(0.5 * h, add(load(one.spin), load(one.twist))))
+        if fresh:
+            store(one.twist, add(load(one.twist), response_of(t, i, before)[0]))
         one.turned += norm(load(one.twist))
         one.time += h
     clear(vector(t.kick_v, n))
@@ -146,19 +150,20 @@ def predict_midpoint(t, h):
     n = t.v_size
     longest = min(max(LONGEST_HOLD, HELD_TURN / max(t.change_rate, 1e-9)), LARGEST_LAG / max(t.decay, 1e-9))
     t.hold = int(max(min(HOLD, longest / h), 1.0)) if t.held == h else 1
-    kicks = 0.5 * t.hold if t.held > 0.0 else 1.0  # half a kick of a group's first substep is known
+    kicks, known = (0.5 * t.hold, 0.5) if t.held > 0.0 else (1.0, 1.0)  # half a kick of the first substep is known
     t.held = h
     stiff = h * t.decay > LARGEST_LAG
     t.lag = h / LARGEST_DECAY - 1.0 / t.decay if stiff else 0.5 * h * t.hold
     half = 0.5 * h * (t.hold + 1)
     q, v, a, x = vector(t.q, t.q_size), vector(t.v, n), vector(t.a, n), vector(t.x, n)
     push, q0, v0 = vector(t.kick_v, n), vector(t.room, t.q_size), vector(t.room + 8 * t.q_size, n)
+    damped = vector(t.room + 8 * (t.q_size + 2 * n), n)
     copy(q, q0)
     copy(v, v0)
     for k in range(n):
-        change = half * a[k] + kicks * push[k]
-        x[k] = half * (v[k] + 0.5 * change)
-        v[k] += change
+        damped[k] = v[k] - known * push[k]
+        v[k] += half * a[k] + kicks * push[k]
+        x[k] = 0.5 * half * (damped[k] + v[k])
     move_bodies(t)
     t.midway = 0 if stiff else 1
     accelerate(t)
