@@ -13,7 +13,17 @@ from contactlaw import LAWS, ContactPair, rebound
 from contactlaw.jit import jit
 from contactlaw.laws.hertz import hertz_stiffness
 from contactlaw.laws.microslip import Microslip
-from contactlaw.laws.record import OPEN, PAIR_SIZE, SPRUNG, UNSHEARED, ask_stiffness, contact_of, pair_of
+from contactlaw.laws.record import (
+    LASTING,
+    OPEN,
+    PAIR_SIZE,
+    SLIDING,
+    SPRUNG,
+    UNSHEARED,
+    ask_stiffness,
+    contact_of,
+    pair_of,
+)
 from contactlaw.laws.step import ask, press, reset
 
 MASS, RADIUS, MU = 0.5, 0.02, 0.1
@@ -273,3 +283,23 @@ def test_nodes_rest_until_a_contact_is_sheared(law: str, pressed: int) -> None:
         running.now.state = SPRUNG
         before = overlap
     assert np.any(idle.memory)
+
+
+def test_a_persistent_contact_that_slides_as_a_whole_is_as_its_nodes_say() -> None:
+    """Implicit steps follow it without them until it sticks, also if friction falls and grows while it slides."""
+    lasting, nodes = Contact(), Contact()
+    path = [(0.3, 1.0)] * 12 + [(0.3, 0.5)] * 4 + [(0.1, 0.8)] * 2 + [(0.6, 0.7), (0.3, 0.6)] + [(-0.1, 1.0)] * 30
+    states = []
+    for number, (share, friction) in enumerate(path):
+        slide, found = share * lasting.slip, []
+        for contact in (lasting, nodes):
+            contact.now.friction = friction * MU if number else MU
+            before, dt = (OVERLAP, 0.0) if number else (0.0, 1e-7)
+            found.append(contact.take(OVERLAP, before, 0.6 * slide, 0.8 * slide, dt))
+        np.testing.assert_allclose(found[0], found[1], rtol=0.0, atol=1e-12 * found[0][0])
+        lasting.now.course = LASTING
+        states.append(lasting.now.state)
+        if states[-1] == SPRUNG:
+            assert lasting.energy() == pytest.approx(nodes.energy(), rel=1e-12)
+    assert states[8:16] == [SLIDING] * 8 and states[20:34] == [SPRUNG] * 14 and states[-1] == SLIDING
+    assert nodes.now.state == SPRUNG

@@ -27,9 +27,9 @@ from contactlaw.jit import jit_inline, jit_of_sums
 from contactlaw.laws import microslip_line, whole_impacts
 from contactlaw.laws.base import Impacts, Law
 from contactlaw.laws.nodes import follow, levers, step_of
-from contactlaw.laws.record import OPEN, SLIDING, SPRUNG, UNSHEARED, record_of
+from contactlaw.laws.record import LASTING, OPEN, SLIDING, SPRUNG, UNSHEARED, record_of
 from contactlaw.laws.shear_loss import displace_viscous, loads, retardation
-from contactlaw.laws.slip import carried, slides_on, sliding_direction
+from contactlaw.laws.slip import AT_LIMIT, carried, slides_on, sliding_direction
 
 NODES = 24  # default in engines: psi_2 within 5e-4 at any step; fills SIMD vectors, so hardly slower than 16
 
@@ -86,7 +86,11 @@ class Microslip(Law):
             return contact.f, contact.g
         share, lever = levers(contact, law)
         pull_u, pull_v = displace(law, memory, *step_of(contact, lever * du, lever * dv))
-        return carried(contact, pull_u * share, pull_v * share)
+        f, g = pull_u * share, pull_v * share
+        implicit = dt == 0.0 and contact.course == LASTING
+        if implicit and f * f + g * g >= AT_LIMIT * (contact.friction * contact.elastic) ** 2:
+            contact.state, memory[0, 0] = SLIDING, contact.friction * contact.e_star
+        return carried(contact, f, g)
 
     @staticmethod
     def energy(contact, law, memory):
@@ -165,20 +169,25 @@ def displace(law, memory, s2, overlap, before, gu, gv, cap):
 
 @jit_inline
 def keeps_sliding(contact, law, memory, du, dv):
-    """Return whether the contact still slides as a whole, or was never sheared; contact.f and contact.g are then set.
+    """Return whether the contact slides on as a whole, or was never sheared; contact.f and contact.g are then set.
 
-    Otherwise the nodes span the contact and, after a slide, hold the tractions of the slide.
+    Otherwise the nodes span the contact and, after a slide, hold the tractions of the slide. During a slide the first
+    number of the memory is the limit of its last step, mu E* [Pa], as mu may change. Where it grows, springs of a
+    persistent contact must stretch before they slide on.
     """
     follow(contact, law, memory)
     if du == 0.0 == dv and (contact.state == OPEN or contact.state == UNSHEARED):
         contact.state = UNSHEARED
         contact.f, contact.g = 0.0, 0.0
         return True
-    if contact.state < SPRUNG and slides_on(contact, du, dv, 0.0):
+    limit = contact.friction * contact.e_star
+    stretches = contact.state == SLIDING and contact.course == LASTING and memory[0, 0] < limit
+    if contact.state < SPRUNG and not stretches and slides_on(contact, du, dv, 0.0):
+        memory[0, 0] = limit
         return True
     if contact.state == SLIDING:
         x, y = sliding_direction(contact)
-        mu_e, start = contact.friction * contact.e_star, max(contact.before, 0.0)
+        mu_e, start = memory[0, 0], max(contact.before, 0.0)
         s2 = contact.scale * contact.scale / contact.radius
         for i in range(law.w.size):
             cap = mu_e * max(start - s2 * law.x2[i], 0.0)

@@ -36,8 +36,9 @@ CONTACT = record(
 )  # fmt: skip
 """State of one contact.
 
-state: OPEN: not touched yet. SLIDING: as a whole since the touch. SPRUNG: followed by the springs of the law. SPUN:
-    followed by `laws.sectors` in place of the law. UNSHEARED (`microslip` only): no tangential displacement yet.
+state: OPEN: not touched yet. SLIDING: as a whole, since the touch or, by `microslip`, since an implicit step. SPRUNG:
+    followed by the springs of the law. SPUN: followed by `laws.sectors` in place of the law. UNSHEARED (`microslip`
+    only): no tangential displacement yet.
 course: of the damped normal motion: PRESSED at first; EXPANDING once the bodies separate; LASTING, a persistent
     contact, once they approach again without having parted.
 overlap, before: overlap now and at the start of the step [m]; negative: apart.

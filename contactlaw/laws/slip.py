@@ -14,6 +14,9 @@ from contactlaw.jit import jit_inline as jit
 from contactlaw.laws.record import LASTING, SLIDING
 
 STRAIGHT = 1e-6  # sine of the angle up to which a slide that turns within a step counts as straight
+# Square of a friction force over that of its limit from which it is at its limit: tractions at their limits then differ
+# in direction by sqrt(2) STRAIGHT at most
+AT_LIMIT = 1.0 - STRAIGHT**2
 
 
 @jit

@@ -33,7 +33,7 @@ from contactlaw.world.data.vec import (
 
 LARGEST_TURN, MOST = 0.1, 1e4  # [rad] of a step of `tumble`; number of such steps, at most
 LEAST_MOBILITY = 1e-9  # of the mobility of the free body: least mobility of a tree's point
-EXACT = 1e-31  # squared relative change of a spin at which the iteration ends
+EXACT = 1e-31  # squared relative error of a spin at which the iteration ends
 
 
 @jit_inside
@@ -121,9 +121,10 @@ def tumble(b, h):
     """
     total = (0.0, 0.0, 0.0)
     m, i = load(b.momentum), load(b.inverse_inertia)
-    speed = norm(spin_change(b, m))
-    count = max(min(ceil(speed * abs(h) / LARGEST_TURN), MOST), 1.0)
-    part = h / count
+    count, most = 1.0, (h * max_inverse_inertia(b)) ** 2 * dot(m, m)  # square of the turn, at most
+    if most > LARGEST_TURN * LARGEST_TURN:
+        count = max(min(ceil(norm(spin_change(b, m)) * abs(h) / LARGEST_TURN), MOST), 1.0)
+    part, contraction = h / count, most / (count * count)  # the latter squared: of errors by an iteration, at most
     for _ in range(int(count)):
         start = to_body(b.axes, m)
         w = (i[0] * start[0], i[1] * start[1], i[2] * start[2])
@@ -132,7 +133,7 @@ def tumble(b, h):
             new = (i[0] * mean[0], i[1] * mean[1], i[2] * mean[2])
             change = sub(new, w)
             w = new
-            if dot(change, change) <= EXACT * dot(w, w):
+            if contraction * dot(change, change) <= EXACT * dot(w, w):
                 break
         turn = to_world(b.axes, scale(part, w))
         store(b.pending_turn, turn)

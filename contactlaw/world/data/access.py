@@ -94,6 +94,12 @@ def restore_law_state(w, slot):
     """Set the state of a contact's laws, and their history, back to the saved copy."""
     place = 8 * CONTACT_NUMBERS * slot
     copy_numbers(w.saved_contacts + place, w.contacts + place, KNOWN_NUMBERS)
+    restore_history(w, slot)
+
+
+@jit_inside
+def restore_history(w, slot):
+    """Set the history of a contact's law back to the saved copy."""
     place = 8 * w.memory_size * slot
     copy_numbers(w.saved_memory + place, w.memory + place, w.memory_size)
 

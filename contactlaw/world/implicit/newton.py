@@ -17,7 +17,7 @@ from contactlaw.jit import jit_inside
 from contactlaw.laws.rolling import stiffness
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import velocity_at
-from contactlaw.world.contacts.force import advance_from_saved, rolling_resistance, slips_fully, slopes
+from contactlaw.world.contacts.force import advance_contact, rolling_resistance, slips_fully, slopes
 from contactlaw.world.contacts.rolling import advance_rolling, moment_of, rolling_axes, rolling_dashpot
 from contactlaw.world.contacts.touch import begin_contact, force_of, measure
 from contactlaw.world.data.access import (
@@ -27,13 +27,14 @@ from contactlaw.world.data.access import (
     near_at,
     pair_at,
     restore_contact,
+    restore_history,
     save_contact,
     shape_at,
     tree_at,
 )
 from contactlaw.world.data.call import call_with_body, call_with_vectors
 from contactlaw.world.data.records import BOX, EDGE, NEVER, SEGMENT
-from contactlaw.world.data.vec import ZERO, add, cross, dot, load, scale, store, sub, to_body
+from contactlaw.world.data.vec import ZERO, cross, dot, load, scale, store, sub, to_body
 from contactlaw.world.implicit.equations import (
     ENVELOPE,
     FREE_VELOCITY,
@@ -74,16 +75,17 @@ def begin_residual(w, bodies, stage):
             t = tree_at(b.tree, 0)
             t.weights, t.stride, t.stage = mass_address(w, o), w.unknown_room, stage
         for i in range(o, o + count):
-            right[i] = 0.0
             for j in range(o, o + count):
                 m[i, j] = 0.0
         if b.tree != 0:
             call_with_body(tree_at(b.tree, 0).write_masses, b)
         elif count > 0:
-            add_inertia(b, m)
+            write_inertia(b, m)
         for i in range(o, o + count):
+            total = 0.0
             for j in range(o, o + count):
-                right[i] += m[i, j] * (free[j] - velocity[j])
+                total += m[i, j] * (free[j] - velocity[j])
+            right[i] = total
         if b.tree != 0:
             call_with_body(tree_at(b.tree, 0).add_damping, b)
             x = vector(tree_at(b.tree, 0).x, count)
@@ -117,14 +119,15 @@ def velocity_count(b):
 
 
 @jit_inside
-def add_inertia(b, m):
-    """Add the mass and the moments of inertia of a free body to M."""
+def write_inertia(b, m):
+    """Write the mass and the moments of inertia of a free body into M."""
     axes, o = b.axes, b.unknown
+    inertia = 1.0 / b.inverse_inertia[0], 1.0 / b.inverse_inertia[1], 1.0 / b.inverse_inertia[2]
     for i in range(3):
         m[o + i, o + i] = 1.0 / b.inverse_mass
+        own = inertia[0] * axes[3 * i], inertia[1] * axes[3 * i + 1], inertia[2] * axes[3 * i + 2]
         for j in range(3):
-            for q in range(3):
-                m[o + 3 + i, o + 3 + j] += axes[3 * i + q] * axes[3 * j + q] / b.inverse_inertia[q]
+            m[o + 3 + i, o + 3 + j] = own[0] * axes[3 * j] + own[1] * axes[3 * j + 1] + own[2] * axes[3 * j + 2]
 
 
 @jit_inside
@@ -164,7 +167,8 @@ def evaluate_contact(w, r, stage):
     if t.overlap <= 0.0:  # opened by this iteration, so not converged unless it hardly moves
         t.force, t.f, t.g = 0.0, 0.0, 0.0
         return along > rounding - CONVERGED * t.overlap, NEVER
-    advance_from_saved(w, c, r.slot, load(c.moved), slide)
+    restore_history(w, r.slot)
+    advance_contact(w, c, r.slot, load(c.moved), slide, 0.0, (0.0, 0.0))
     law = law_of(w, pair_at(w.pairs, c.pair))
     if law.rolling != 0.0:
         turning = sub(load(a.spin), load(b.spin))
@@ -302,5 +306,6 @@ def add_generalised_force(b, force, moment, row):
         for i in range(t.v_size):
             row[o + i] += x[i]
         return
-    store(row[o:], add(load(row[o:]), force))
-    store(row[o + 3 :], add(load(row[o + 3 :]), moment))
+    for i in range(3):
+        row[o + i] += force[i]
+        row[o + 3 + i] += moment[i]

@@ -31,6 +31,7 @@ PARTS_MARGIN_STEPS = 16.0  # the same where shapes have parts: guards tell cheap
 # Bodies among which margins last one step: each step has many windows, and each goes through the list. These margins
 # allow for impacts too, see `set_margins`.
 MANY_BODIES = 256
+FEW = 256  # comparisons of whole shapes with all shapes, up to which they cost less than a grid
 
 
 @jit_inside
@@ -59,10 +60,11 @@ def list_near(w):
     for i in range(w.shape_count):
         wholes += 0 if is_part(shape_at(w.shapes, i)) else 1
     lasts = PARTS_MARGIN_STEPS if wholes < w.shape_count else MARGIN_STEPS * max(sqrt(wholes) / w.body_count, 1.0)
-    list_within(w, lasts if w.body_count <= MANY_BODIES else 1.0)
+    few = wholes * w.shape_count <= FEW
+    list_within(w, lasts if w.body_count <= MANY_BODIES else 1.0, few)
     if w.lost > lost:
         w.lost = lost
-        list_within(w, 1.0)
+        list_within(w, 1.0, few)
     link_contacts(w, heads)
     sort_near(w, w.cells)
     for k in range(w.nears):
@@ -77,16 +79,16 @@ def list_near(w):
 
 
 @jit_inside
-def list_within(w, steps):
-    """List the shapes that are near within margins for a number of steps."""
+def list_within(w, steps, few):
+    """List the shapes that are near within margins for a number of steps; few: compare all, without a grid."""
     smallest = set_margins(w, steps * w.step)
     shapes = w.shape_count
     # `WORLD.grid`: first shape of each cell; then of each shape the next one in its cell, level, contacts, cell's key
     cells = w.cells
-    for i in range(cells):
+    for i in range(0 if few else cells):
         set_whole(w.grid, i, -1)
     w.nears, w.guard_count, levels = 0, 0, 0
-    for i in range(shapes):
+    for i in range(0 if few else shapes):
         s = shape_at(w.shapes, i)
         if s.kind < PLANE and not is_part(s):
             level = level_of(w, i, smallest)
@@ -105,10 +107,10 @@ def list_within(w, steps):
         if s.kind == TANGENT:
             list_pair(w, s.partner, i)
             continue
-        if s.kind >= PLANE:
-            for j in range(shapes):
+        if s.kind >= PLANE or few:
+            for j in range(shapes if s.kind >= PLANE else i):
                 if shape_at(w.shapes, j).kind < PLANE and not is_part(shape_at(w.shapes, j)):
-                    list_pair(w, j, i)
+                    list_pair(w, max(i, j), min(i, j))
             continue
         own = whole_at(w.grid, cells + shapes + i)
         for level in range(own, 63):

@@ -38,7 +38,7 @@ from contactlaw.world.data.records import (
     SPHERE,
     TANGENT,
 )
-from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub
+from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body
 from contactlaw.world.near.guards import new_guard, parts_margin, separate
 from contactlaw.world.shapes.geometry import OF_FACE, centre, function_for, half_axis, is_ignored, meet
 from contactlaw.world.shapes.segments import clip
@@ -185,19 +185,20 @@ def list_parts(w, shapes, n, top, listing):
     i, j = shapes
     guard, margin = listing
     other, body = shape_at(w.shapes, j), body_at(w.bodies, shape_at(w.shapes, i).body)
-    to, far = ZERO, NEVER
+    to, far, n = ZERO, NEVER, to_body(body.axes, n)
     if other.kind < PLANE:
         b = body_at(w.bodies, other.body)
         to, far = add(sub(load(b.position), load(body.position)), centre(other, b)), margin + bounding_radius(other)
     k = shape_at(w.shapes, i).next
     while k != 0:
         s = shape_at(w.shapes, k)
-        u = half_axis(s, body)
-        at = centre(s, body)
-        gap = dot(n, at) - s.radius - (abs(dot(n, u)) if s.kind == EDGE else norm(u)) - top
+        gap = dot(n, load(s.at)) - s.radius - top
+        if s.kind != CORNER:
+            gap -= abs(dot(n, load(s.half))) if s.kind == EDGE else norm(load(s.half))
         twice = s.kind == SIDE and s.body < other.body  # two sides meet once
-        near = gap <= margin and distance_bound(sub(to, at), u, s) <= far
-        if near and meets(s.kind, other.kind) and not twice and not lies_over_face(w, s, other, margin):
+        near = gap <= margin and meets(s.kind, other.kind) and not twice
+        near = near and distance_bound(sub(to, centre(s, body)), half_axis(s, body), s) <= far
+        if near and not lies_over_face(w, s, other, margin):
             add_near(w, k, j, guard, gap)
         k = s.next
 
