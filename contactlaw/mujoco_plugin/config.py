@@ -31,12 +31,12 @@ native: contype and conaffinity of each geom before the law took over, geom1's f
 if given, the instance has only those pairs that the engine would have tested with these bits. material1, material2: a
 name in `MATERIALS`, or "E nu" in SI units. friction, restitution: a number, or a function in `contactlaw.losses` with
 its fields, such as "plastic yield_speed=0.1"; friction "geoms": the coefficients of the geoms, combined by the engine's
-rule, "geoms 12" with room for 12 different values (default 8). law: as for `laws.law_of`, such as "microslip
-node_count=32". substeps: least number of substeps in a contact; the largest value in a model holds for all contacts.
-rounding: radius [m] of the edges of boxes and cylinders; default a tenth of the smallest half length of each. overlaps:
-"keep": shapes that are found overlapping are pushed apart; default "relax": they count as just touching, see
-`world.contacts.touch.begin_contact`. name: name of the instance. MuJoCo prefixes and suffixes all names of a model that
-is attached to another; the prefix and suffix of the geoms are found by comparing the instance's name with this one.
+rule. law: as for `laws.law_of`, such as "microslip node_count=32". substeps: least number of substeps in a contact; the
+largest value in a model holds for all contacts. rounding: radius [m] of the edges of boxes and cylinders; default a
+tenth of the smallest half length of each. overlaps: "keep": shapes that are found overlapping are pushed apart; default
+"relax": they count as just touching, see `world.contacts.touch.begin_contact`. name: name of the instance. MuJoCo
+prefixes and suffixes all names of a model that is attached to another; the prefix and suffix of the geoms are found by
+comparing the instance's name with this one.
 """
 
 SUBSTEPS = 100
@@ -44,7 +44,7 @@ SUBSTEPS = 100
 
 
 LEAST_SUBSTEPS = 10
-FRICTION_ROOM = 8  # default number of different friction coefficients of the geoms of one instance
+GEOMS = "geoms"  # in place of a friction coefficient
 OVERLAPS = ("relax", "keep")
 
 
@@ -62,7 +62,7 @@ class Contact:
     Attributes as in `KEYS` and in `spec.add_contact`, and
         ones, twos: The geoms: of a specification, or, when read from a configuration, one text with their names.
         pair: A `ContactPair`; None: the engine keeps its own contact of these geoms.
-        frictions: Room for this many different coefficients of the geoms; 0: the coefficient is that of `pair`.
+        geom_friction: Whether the friction coefficient is that of the geoms, not of `pair`.
         as_native: Whether only those pairs are meant that the model tests natively ("*" in `load_model`).
         number: Index in the list given to `load_model`, for messages.
     """
@@ -72,7 +72,7 @@ class Contact:
     pair: Any
     substeps: int = SUBSTEPS
     rounding: float | None = None
-    frictions: int = 0
+    geom_friction: bool = False
     overlaps: str = "relax"
     native: tuple[tuple[int, int], ...] = ()
     name: str = ""
@@ -93,27 +93,25 @@ class Contact:
 def write(contact: Contact) -> dict[str, str]:
     """Return the configuration of an instance, from which `read` recovers this contact exactly."""
     pair = contact.pair
-    config = {
+    runs = ((f"{bits[0]}/{bits[1]}", len(list(run))) for bits, run in groupby(contact.native))
+    given: dict[str, str | float | None] = {
         "name": contact.name,
         "geom1": _joined([geom.name for geom in contact.ones]),
         "geom2": _joined([geom.name for geom in contact.twos]),
         "material1": f"{pair.a.youngs_modulus!r} {pair.a.poissons_ratio!r}",
         "material2": f"{pair.b.youngs_modulus!r} {pair.b.poissons_ratio!r}",
-        "friction": f"geoms {contact.frictions}" if contact.frictions else losses.text_of(pair.friction),
+        "friction": GEOMS if contact.geom_friction else losses.text_of(pair.friction),
         "restitution": losses.text_of(pair.restitution),
+        "radius": pair.radius,
         "law": text_of(pair.rule),
+        "stiffness_ratio": pair.stiffness_ratio,
+        "rolling_resistance": pair.rolling_resistance or None,
         "substeps": str(contact.substeps),
+        "rounding": contact.rounding,
+        "native": " ".join(f"{bits}x{count}" for bits, count in runs) or None,
         "overlaps": contact.overlaps,
     }
-    numbers = {
-        "radius": pair.radius, "stiffness_ratio": pair.stiffness_ratio, "rounding": contact.rounding,
-        "rolling_resistance": pair.rolling_resistance or None,
-    }  # fmt: skip
-    config |= {key: repr(float(number)) for key, number in numbers.items() if number is not None}
-    if contact.native:
-        runs = ((f"{bits[0]}/{bits[1]}", len(list(run))) for bits, run in groupby(contact.native))
-        config["native"] = " ".join(f"{bits}x{count}" for bits, count in runs)
-    return config
+    return {key: one if isinstance(one, str) else repr(float(one)) for key, one in given.items() if one is not None}
 
 
 def _joined(names: list[str]) -> str:
@@ -137,7 +135,7 @@ def read(items: tuple[tuple[str, str], ...]) -> Contact:
         if key not in config:
             raise ValueError(f"{key}: missing in the configuration of {PLUGIN_NAME}")
 
-    of_geoms = re.fullmatch(r"geoms(?: (\d+))?", config["friction"])
+    of_geoms = config["friction"].split(" ")[0] == GEOMS  # a number that older versions wrote may follow
     substeps: Any = config.get("substeps", str(SUBSTEPS))
 
     def optional(key: str) -> float | None:
@@ -160,7 +158,7 @@ def read(items: tuple[tuple[str, str], ...]) -> Contact:
         (config["geom1"],), (config["geom2"],), pair,
         int(substeps) if substeps.strip().isdecimal() else substeps,
         optional("rounding"),
-        int(of_geoms[1] or FRICTION_ROOM) if of_geoms else 0,
+        of_geoms,
         config.get("overlaps", "relax"),
         tuple(bits for run in config.get("native", "").split() for bits in _bits(run)),
         config.get("name", ""),

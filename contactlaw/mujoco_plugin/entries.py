@@ -20,7 +20,6 @@ from typing import Any
 import mujoco
 
 from contactlaw.material import Material, material_of
-from contactlaw.mujoco_plugin import config
 from contactlaw.mujoco_plugin.config import Contact
 from contactlaw.mujoco_plugin.selection import first_of, geoms_of
 from contactlaw.mujoco_plugin.shapes import native_margin, shape_of, touch, why_not_served
@@ -90,7 +89,7 @@ def _entry(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, 
         )
     ones, twos = (_geoms(spec, entry[i], f"contacts[{number}], geoms{i + 1}") for i in range(2))
     own = {**settings, **(entry[3] if len(entry) == 4 else {})}
-    unknown = set(own) - {"as_native", "others", "substeps", "rounding", "frictions", "overlaps"}
+    unknown = set(own) - {"as_native", "others", "substeps", "rounding", "geom_friction", "overlaps"}
     if unknown:
         raise TypeError(f"contacts[{number}]: there is no setting {sorted(unknown)[0]!r}")
     own.setdefault("as_native", is_every(entry[0]) or is_every(entry[1]))
@@ -109,11 +108,10 @@ def _of_materials(
         own = material_of(f"contacts[{what!r}]", material)
         owner |= dict.fromkeys(_geoms(spec, what, f"contacts[{what!r}]"), own)
     alike = groups(owner, owner.__getitem__)
-    room = config.FRICTION_ROOM + len({(float(geom.friction[0]), geom.priority) for geom in owner})
     for one, two in combinations_with_replacement(alike, 2):
         mu = friction(one, two) if callable(friction) else friction or 0.0
         e = restitution(one, two) if callable(restitution) else restitution
-        own = {"as_native": True, "frictions": room if friction is None else 0}
+        own = {"as_native": True, "geom_friction": friction is None}
         yield alike[one], alike[two], ContactPair(one, two, mu, e), own
 
 

@@ -6,7 +6,6 @@ step is read by `free` and `trees`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -17,7 +16,14 @@ from numpy.typing import NDArray
 from contactlaw.mujoco_plugin import layout, sensors, trees
 from contactlaw.mujoco_plugin.block import FREE, JOINTED, MOCAP, MOCAP_SIZE, PUSH, SENSOR, STARTS, build
 from contactlaw.mujoco_plugin.edits import watched_ranges
-from contactlaw.mujoco_plugin.instances import ContactInstance, check, contact_instances, instances, rules_of
+from contactlaw.mujoco_plugin.instances import (
+    ContactInstance,
+    check,
+    contact_instances,
+    contact_of_kinds,
+    instances,
+)
+from contactlaw.mujoco_plugin.shapes import check_served
 from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.data.demand import STEP, supply
@@ -80,23 +86,28 @@ class Model:
         given = [(instance.contact.rounding, instance.geoms) for instance in self._contacts]
         self._roundings = {geom: radius for radius, geoms in given if radius is not None for geom in geoms}
         self._shapes = {geom: self._add_shape(geom) for geom in geoms}
-        self._instances: list[int] = []  # of each pair of the world its instance
-        self._pairs: dict[tuple[int, float], int] = {}  # pair of the world by instance and friction coefficient
-        natives = [number for number, instance in enumerate(self._contacts) if instance.native]
-        self._order = natives + [number for number in range(len(self._contacts)) if number not in natives]
-        for number in self._order:
-            self._let_touch(number, self._contacts[number].sets.ones, self._contacts[number].sets.twos)
-        self._room = self._count_room()
-        if natives:
-            self._apply_native_rules(natives)
+        for instance in self._contacts:
+            if not instance.native:
+                check_served(instance.sets, instance.shapes)
+            ones, twos = ([shape for geom in side for shape in self._shapes[geom]] for side in instance.sides)
+            self._world.add_contact(ones, twos, instance.contact.pair)
 
     @cached_property
     def arrays(self) -> Arrays:
         """The world's arrays, with room for contacts and near pairs."""
-        contacts, near = self._room
-        made = with_room(self._world.arrays, near, contacts)
-        made.pairs["relaxed"] = [self._contacts[number].contact.overlaps == "relax" for number in self._instances]
-        return made
+        contacts, near = self._count_room()
+        made, geoms = with_room(self._world.arrays, near, contacts), self._geom_of_shape
+        kind, table = contact_of_kinds(self._m, self._contacts)
+        made.shapes["group"] = [kind[geom] for geom in geoms]
+        made.shapes["friction"], made.shapes["priority"] = self._m.geom_friction[geoms, 0], self._m.geom_priority[geoms]
+        made.pairs["relaxed"] = [instance.contact.overlaps == "relax" for instance in self._contacts]
+        made.pairs["by_shapes"] = [instance.contact.geom_friction for instance in self._contacts]
+        return made._replace(groups=table)
+
+    @cached_property
+    def _geom_of_shape(self) -> list[int]:
+        geom_of = {shape: geom for geom, shapes in self._shapes.items() for shape in shapes}
+        return [geom_of[owner] for owner in self._world.owners.tolist()]
 
     def _count_room(self) -> tuple[int, int]:
         """Return how many contacts and near pairs there must be room for.
@@ -117,38 +128,6 @@ class Model:
         contacts, near = sum(rooms), NEAR_PAIRS * len(rooms) + NEAR_PAIRS_OF_PART * int(parts.sum())
         contacts = contacts if parts.any() else max(min(pairs, contacts), 1)
         return contacts, max(min(pairs, near), 1)
-
-    def _let_touch(self, number: int, ones: Iterable[int], twos: Iterable[int]) -> None:
-        """Let geoms touch by the pairs of an instance, one pair of the world for each friction coefficient."""
-        instance, known = self._contacts[number], self._pairs
-        for mu, these, those in instance.by_friction(ones, twos):
-            shapes = self._shapes_of(these), self._shapes_of(those)
-            if not all(shapes):
-                continue
-            if (number, mu) not in known:  # as many as there may be: the state is as long whatever they are now
-                for own in [*instance.pairs, *(instance.contact.frictions - len(instance.pairs)) * [mu]]:
-                    known.setdefault((number, own), len(self._instances))
-                    self._world.add_contact(*shapes, instance.pairs[own])
-                    self._instances.append(number)
-                if not instance.contact.frictions:
-                    continue
-            self._world.add_rule(*shapes, known[number, mu])
-
-    def _shapes_of(self, geoms: Iterable[int]) -> list[int]:
-        return [shape for geom in geoms for shape in self._shapes[geom]]
-
-    def _apply_native_rules(self, natives: list[int]) -> None:
-        """Apply the engine's rules to pairs of the native instances; all other instances then override them."""
-        bits = {geom: own for number in natives for geom, own in self._contacts[number].native.items()}
-        for rule in rules_of(self._m, bits):
-            ones, twos = self._shapes_of(rule.ones), self._shapes_of(rule.twos)
-            if not rule.allowed and ones and twos:
-                self._world.add_rule(ones, twos)
-            for number in natives if rule.allowed else ():
-                if all(self._contacts[number].sets.hold(one, two) for one in rule.ones for two in rule.twos):
-                    self._let_touch(number, rule.ones, rule.twos)
-        for number in self._order[len(natives) :]:
-            self._let_touch(number, self._contacts[number].sets.ones, self._contacts[number].sets.twos)
 
     @property
     def state_size(self) -> int:
@@ -184,8 +163,7 @@ class Model:
         own = {instance.number: number for number, instance in enumerate(self._contacts)}
         senses, listed = sensors.rows_of(m, dict.fromkeys(instances(m), -1) | own)
         watch, values = self._watched()
-        shapes = {shape: geom for geom, shapes in self._shapes.items() for shape in shapes}
-        geoms = [shapes[owner] for owner in self._world.owners.tolist()]
+        geoms = self._geom_of_shape
         supply(STEP)
         return build(self.arrays, {
             "leads": 1, "own_size": self.state_size, "report": report, "body_count": m.nbody,
@@ -195,8 +173,8 @@ class Model:
             "frees": with_rows(np.zeros(0, FREE), self._frees), "free_count": len(self._frees),
             "mocaps": with_rows(np.zeros(0, MOCAP), self._mocaps), "mocap_count": len(self._mocaps),
             "trees": with_rows(np.zeros(0, JOINTED), self._trees), "tree_count": len(self._trees),
-            "geoms": np.array(geoms, np.int64), "instances": np.array(self._instances, np.int64),
-            "reported": np.zeros(len(self._contacts), np.int64), "frictions": np.full(len(self._instances), np.nan),
+            "geoms": np.array(geoms, np.int64),
+            "reported": np.zeros(len(self._contacts), np.int64), "frictions": np.full(len(self._contacts), np.nan),
             "ranges": watch, "range_count": len(watch), "watched": values, "sense": sensors.address() if senses else 0,
             "sensors": with_rows(np.zeros(0, SENSOR), listed), "sensor_count": len(listed),
             "centres": np.array([self._pose_of(geom).inverse().place for geom in geoms]),

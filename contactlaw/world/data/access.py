@@ -111,6 +111,19 @@ def law_of(w, pair):
 
 
 @jit_inside
+def friction_of(w, pair, a, b):
+    """Return the friction coefficient of a pair of materials for shapes a and b.
+
+    If it is given by the shapes: that of the one with the higher priority, the greater one if both have the same.
+    """
+    if pair.by_shapes == 0:
+        return law_of(w, pair).friction
+    if a.priority == b.priority:
+        return max(a.friction, b.friction)
+    return a.friction if a.priority > b.priority else b.friction
+
+
+@jit_inside
 def law_numbers(w, pair):
     """Return the law's own parameters of a pair."""
     return carray(doubles_at(w.numbers + 8 * (pair.numbers + PAIR_SIZE)), 1)
