@@ -7,7 +7,7 @@ step is read by `free` and `trees`.
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -27,43 +27,15 @@ from contactlaw.mujoco_plugin.shapes import check_served
 from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.data.demand import STEP, supply
-from contactlaw.world.data.frames import matrix_of, product
-from contactlaw.world.data.records import CORNER, DISC, EDGE, ELLIPSOID, END, HULL, SEGMENT, SIDE, SPHERE, Arrays
+from contactlaw.world.data.frames import IDENTITY, Pose
+from contactlaw.world.data.records import Arrays
 from contactlaw.world.state import size as state_size
 from contactlaw.world.trees.tree_records import TreeRecords
 
 Array = NDArray[np.float64]
-UNIT = np.array([1.0, 0.0, 0.0, 0.0])
-# Contacts at once that there is room for, for each round shape by its kind; of a hull with its parts. (Balls of any
-# sizes that do not overlap have at most 7.5 contacts a ball, Kuperberg & Schramm 1994.)
-NEIGHBOURS = {SPHERE: 8, END: 8, SEGMENT: 8, CORNER: 3, EDGE: 2, DISC: 4, SIDE: 4, ELLIPSOID: 8, HULL: 32}
-NEAR_PAIRS, NEAR_PAIRS_OF_PART = 40, 8  # room in the list of near pairs, for each round shape and each part of a hull
 # Contacts that plugin_state has room for, for each geom: those that last from one step to the next. Equal balls have
 # about three contacts a ball in the densest heap
 LASTING = {"sphere": 4, "ellipsoid": 4, "capsule": 4, "box": 8, "cylinder": 8, "mesh": 12}
-
-
-class Pose(NamedTuple):
-    """Position [m] and orientation (quaternion) of a frame in another one."""
-
-    place: Array
-    turn: Array
-
-    def then(self, other: Pose) -> Pose:
-        """Return the pose of a frame that is given relative to this one."""
-        if self is IDENTITY or other is IDENTITY:
-            return self if other is IDENTITY else other
-        return Pose(self.place + matrix_of(self.turn) @ other.place, product(self.turn, other.turn))
-
-    def inverse(self) -> Pose:
-        """Return the pose of the outer frame in this one."""
-        if not self.place.any() and (self.turn == UNIT).all():
-            return IDENTITY
-        turn = self.turn * [1.0, -1.0, -1.0, -1.0]
-        return Pose(-matrix_of(turn) @ self.place, turn)
-
-
-IDENTITY = Pose(np.zeros(3), UNIT)
 
 
 class Model:
@@ -95,8 +67,7 @@ class Model:
     @cached_property
     def arrays(self) -> Arrays:
         """The world's arrays, with room for contacts and near pairs."""
-        contacts, near = self._count_room()
-        made, geoms = with_room(self._world.arrays, near, contacts), self._geom_of_shape
+        made, geoms = with_room(self._world.arrays, self._world.owners), self._geom_of_shape
         kind, table = contact_of_kinds(self._m, self._contacts)
         made.shapes["group"] = [kind[geom] for geom in geoms]
         made.shapes["friction"], made.shapes["priority"] = self._m.geom_friction[geoms, 0], self._m.geom_priority[geoms]
@@ -108,26 +79,6 @@ class Model:
     def _geom_of_shape(self) -> list[int]:
         geom_of = {shape: geom for geom, shapes in self._shapes.items() for shape in shapes}
         return [geom_of[owner] for owner in self._world.owners.tolist()]
-
-    def _count_room(self) -> tuple[int, int]:
-        """Return how many contacts and near pairs there must be room for.
-
-        The size of the state is asked for while a model is compiled, before it has its explicit pairs and exclusions.
-        The engine's rules are left out here, so that the result is the same later.
-        """
-        made = self._world.arrays
-        kinds, counts = np.unique(made.shapes[["kind", "group"]], return_counts=True)
-        a, b = np.meshgrid(np.arange(kinds.size), np.arange(kinds.size), indexing="ij")
-        meet = (made.groups[kinds["group"][a], kinds["group"][b]] >= 0) & (kinds["kind"][a] <= kinds["kind"][b])
-        pairs = int((counts[a] * (counts[b] - (a == b)))[meet].sum())
-        parts = (
-            made.shapes["kind"][self._world.owners] == HULL
-        )  # of hulls, which are unknown while the model is compiled
-        parts &= made.shapes["kind"] != HULL
-        rooms = [NEIGHBOURS[kind] for kind in made.shapes["kind"][~parts].tolist() if kind in NEIGHBOURS]
-        contacts, near = sum(rooms), NEAR_PAIRS * len(rooms) + NEAR_PAIRS_OF_PART * int(parts.sum())
-        contacts = contacts if parts.any() else max(min(pairs, contacts), 1)
-        return contacts, max(min(pairs, near), 1)
 
     @property
     def state_size(self) -> int:

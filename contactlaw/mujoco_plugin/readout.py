@@ -19,6 +19,7 @@ from contactlaw.mujoco_plugin.layout import record_at
 from contactlaw.world.contacts.ledger import Ledger, ledger
 from contactlaw.world.data.demand import READ, supply
 from contactlaw.world.data.records import BODY, CLOSED, CONTACT, FREE, PAIR, SHAPE, WORLD
+from contactlaw.world.readout import mean_impulses
 
 Array = NDArray[np.float64]
 _READ = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64)
@@ -103,7 +104,7 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> list[C
 def ledger_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> Ledger:
     """Return the ledger of an instance; arguments and errors as for `contacts_of`."""
     world = view_of(model, data, name)
-    return ledger(world.pairs, world.contacts, np.array([world.number]))
+    return ledger(world.pairs, world.contacts, world.number)
 
 
 def _patch(touch: Any, across: float) -> tuple[float, str, float]:
@@ -161,10 +162,8 @@ class View:
         return self.bodies["position"][rows["body_a"]] + rows["arm_a"]
 
     def mean_forces(self, rows: NDArray[Any], dt: float) -> Array:
-        """Return the mean forces on A over the last step [N], shape (n, 3); a sleeping contact keeps its force."""
-        asleep = self.bodies["asleep"]
-        sleeps = (asleep[rows["body_a"]] != 0) | (asleep[rows["body_b"]] != 0)
-        return np.where(sleeps[:, None], rows["force"], (rows["impulse"] - rows["earlier"]) / dt)
+        """Return the mean forces on A over the last step [N], shape (n, 3)."""
+        return mean_impulses(self.bodies, rows, dt) / dt
 
     def give_frictions(self, frictions: Array) -> None:
         """Set the friction coefficients of the pairs; NaN leaves a pair as it is."""
