@@ -58,24 +58,21 @@ def unserved_readers(view: layout.ModelView) -> Iterator[str]:
     sticky, sensors = (np.flatnonzero(own) for own in (view.actuator_trntype == _ADHESION, view.sensor_type == _SENSOR))
     if not (sticky.size or sensors.size):
         return
-    geoms = np.unique([geom for number in contact_instances(view) for geom in ContactInstance(view, number).geoms])
-
-    def on(kind: int, number: int) -> bool:
-        """Return whether an object has geoms of the law; a site, or no object, may have any."""
-        bodies = view.geom_bodyid[geoms].copy()
-        while kind == _TREE and (bodies > number).any():
-            bodies[bodies > number] = view.body_parentid[bodies[bodies > number]]
-        own = {_GEOM: geoms, _BODY: bodies, _TREE: bodies}.get(kind)
-        return own is None or number in own
-
+    geoms = {geom for number in contact_instances(view) for geom in ContactInstance(view, number).geoms}
+    bodies, above = set(view.geom_bodyid[list(geoms)].tolist()), set[int]()
+    for body in bodies:
+        while body and body not in above:
+            above.add(body)
+            body = int(view.body_parentid[body])
+    of_law = {_GEOM: geoms, _BODY: bodies, _TREE: above | {0}}  # a site, or no object, may have any geoms
     for k in sticky.tolist():
         body = int(view.actuator_trnid[k, 0])
-        if on(_BODY, body):
+        if body in bodies:
             what = f"actuator {view.label('actuator', k)}: adhesion of body {view.label('body', body)}"
             yield f"{what} acts by the engine's own contacts, and not by those of the law"
     for k in sensors.tolist():
         ends = (view.sensor_objtype[k], view.sensor_objid[k]), (view.sensor_reftype[k], view.sensor_refid[k])
-        if all(on(int(kind), int(number)) for kind, number in ends):
+        if all(number in of_law.get(int(kind), (number,)) for kind, number in ends):
             what = f"sensor {view.label('sensor', k)}: measures the engine's own contacts, and not"
             yield f"{what} those of the law; use contacts_of, or a sensor contactlaw.contact"
 
@@ -100,7 +97,7 @@ def contact_of_kinds(
     carriers = set(above[weld[owner]].tolist()) - {0}
     excluded = [(signature >> 16, signature & 0xFFFF) for signature in view.exclude_signature.tolist()]
     apart = {body for both in excluded for body in both}
-    apart.update(body for body in set(owner.tolist()) if above[body] or int(weld[body]) in carriers)
+    chained = {body for body in set(owner.tolist()) if above[body] or int(weld[body]) in carriers}
     named = {geom for *both, _ in explicit_pairs(view) for geom in both}
     types, affinities = view.geom_contype, view.geom_conaffinity
 
@@ -108,8 +105,9 @@ def contact_of_kinds(
         sides, body = tuple((geom in one.sides[0], geom in one.sides[1]) for one in known), int(owner[geom])
         if geom not in before:
             return sides
-        now = int(types[geom]), int(affinities[geom])
-        return sides, before[geom], now, bool(fixed[body]), body if body in apart else -1, geom if geom in named else -1
+        now = int(types[geom]), int(affinities[geom]), bool(fixed[body])
+        alone = geom if geom in named else -1, body if body in apart else -1, weld[body] if body in chained else -1
+        return sides, before[geom], now, alone
 
     kinds = list(groups(dict.fromkeys(geom for one in known for geom in one.geoms), kind_of).values())
     kind = {geom: number for number, geoms in enumerate(kinds) for geom in geoms}
@@ -163,9 +161,9 @@ class ContactInstance:
         start, _, end = own.partition(name) if name and name in own else ("", "", "")
         out = []
         for key, (text,) in (("geom1", self.contact.ones), ("geom2", self.contact.twos)):
-            ids = [self.view.geom(start + text + end)]
+            ids = [self.view.geoms.get(start + text + end, -1)]
             if ids[0] < 0:
-                ids = [self.view.geom(start + name + end) for name in config.split(text)]
+                ids = [self.view.geoms.get(start + name + end, -1) for name in config.split(text)]
             if not ids or min(ids) < 0:
                 raise ValueError(
                     f"{key} = {text!r}: must be the name of a geom of the model, or names with spaces between"

@@ -234,6 +234,24 @@ def test_friction_of_geoms_is_what_the_model_has():
     assert limits == [(1, 0.1), (2, 0.4), (3, 0.1), (4, 0.1)]
 
 
+def test_each_geom_may_have_a_friction_of_its_own():
+    """Twelve balls that slide: each is slowed down by its own coefficient, except where the floor has priority."""
+    own = np.linspace(0.02, 0.24, 12)
+    balls = "".join(
+        f'<body pos="0 {i} .1"><freejoint/><geom size=".1" friction="{mu}"/></body>' for i, mu in enumerate(own)
+    )
+    floor = '<geom type="plane" size="1 1 1" friction="0.01" priority="{}"/>'
+    for priority, expected in ((0, own), (1, np.full(12, 0.01))):
+        scene = f'<mujoco><option timestep=".002"/><worldbody>{floor.format(priority)}{balls}</worldbody></mujoco>'
+        model = load_model(scene, {"*": RUBBER}, restitution=0.5)
+        data = mujoco.MjData(model)
+        data.qvel[::6] = 6.0
+        mujoco.mj_step(model, data, 150)
+        before = data.qvel[::6].copy()
+        mujoco.mj_step(model, data, 50)
+        assert before - data.qvel[::6] == pytest.approx(0.1 * 9.81 * expected, rel=0.01)
+
+
 def test_what_cannot_be_served_is_refused_with_a_word():
     """A foot without size; the law goes on with what the model was."""
     model = load_model(SLED, {"*": RUBBER}, restitution=0.5)
