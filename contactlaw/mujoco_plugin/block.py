@@ -41,7 +41,6 @@ HEAD = record(
     left="u8",  # of the state at the end of the last step: time, coordinates, velocities; then qacc if all slept
     given="u8",  # address of the generalised force (nv,) that compute gave last
     ranges="u8", range_count="i8", watched="u8",  # ranges and copies of the numbers that are compared, see `edits`
-    frictions="u8",  # address of the friction that the user has given each contact; NaN: none
     # sensors: address of `sense`, 0: none; whether it is running; whether for means; room; for each shape the centre
     # of mass of its body in the frame of its geom
     sense="u8", sensing="i8", averages="i8", loads="u8", body_count="i8", sensors="u8", sensor_count="i8", centres="u8",

@@ -161,9 +161,9 @@ class ContactInstance:
         start, _, end = own.partition(name) if name and name in own else ("", "", "")
         out = []
         for key, (text,) in (("geom1", self.contact.ones), ("geom2", self.contact.twos)):
-            ids = [self.view.geoms.get(start + text + end, -1)]
+            ids = [self.view.geom(start + text + end)]
             if ids[0] < 0:
-                ids = [self.view.geoms.get(start + name + end, -1) for name in config.split(text)]
+                ids = [self.view.geom(start + name + end) for name in config.split(text)]
             if not ids or min(ids) < 0:
                 raise ValueError(
                     f"{key} = {text!r}: must be the name of a geom of the model, or names with spaces between"

@@ -63,6 +63,7 @@ MODEL = structure("mjModel")[[
 ]]  # fmt: skip
 data_at: Any = element(DATA)
 model_at: Any = element(MODEL)
+GEOM = int(mujoco.mjtObj.mjOBJ_GEOM)
 JOINT_LIMIT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
 NO_GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
 NO_CONTACT = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
@@ -111,10 +112,9 @@ class ModelView:
         """Return the quoted name, or the number if there is none, for messages."""
         return repr(self.name(kind, number) or number)
 
-    @cached_property
-    def geoms(self) -> dict[str, int]:
-        """Ids of geoms by name."""
-        return {name: number for number in range(self.ngeom) if (name := self.name("geom", number))}
+    def geom(self, name: str) -> int:
+        """Return the id of a geom; -1 if there is none of this name."""
+        return LIBRARY.mj_name2id(self.address, GEOM, name.encode())
 
     def option(self, field: str) -> int:
         """Return an integer option, such as disableflags."""
@@ -150,6 +150,7 @@ def _library() -> ctypes.CDLL:
             library, text, number = ctypes.CDLL(str(path)), ctypes.c_char_p, ctypes.c_int
             library.mj_getPluginConfig.argtypes = [ctypes.c_void_p, number, text]
             library.mj_getPluginConfig.restype = text
+            library.mj_name2id.argtypes = [ctypes.c_void_p, number, text]
             library.mjp_getPlugin.argtypes = [text, ctypes.POINTER(number)]
             library.mjp_getPlugin.restype = ctypes.c_void_p
             return library

@@ -72,7 +72,7 @@ class Model:
         made.shapes["group"] = [kind[geom] for geom in geoms]
         made.shapes["friction"], made.shapes["priority"] = self._m.geom_friction[geoms, 0], self._m.geom_priority[geoms]
         made.pairs["relaxed"] = [instance.contact.overlaps == "relax" for instance in self._contacts]
-        made.pairs["by_shapes"] = [instance.contact.geom_friction for instance in self._contacts]
+        made.pairs["friction"][[instance.contact.geom_friction for instance in self._contacts]] = np.nan
         return made._replace(groups=table)
 
     @cached_property
@@ -125,7 +125,7 @@ class Model:
             "mocaps": with_rows(np.zeros(0, MOCAP), self._mocaps), "mocap_count": len(self._mocaps),
             "trees": with_rows(np.zeros(0, JOINTED), self._trees), "tree_count": len(self._trees),
             "geoms": np.array(geoms, np.int64),
-            "reported": np.zeros(len(self._contacts), np.int64), "frictions": np.full(len(self._contacts), np.nan),
+            "reported": np.zeros(len(self._contacts), np.int64),
             "ranges": watch, "range_count": len(watch), "watched": values, "sense": sensors.address() if senses else 0,
             "sensors": with_rows(np.zeros(0, SENSOR), listed), "sensor_count": len(listed),
             "centres": np.array([self._pose_of(geom).inverse().place for geom in geoms]),

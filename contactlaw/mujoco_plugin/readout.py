@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw import checks
-from contactlaw.laws.record import PAIR as LAW_PAIR
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import HEAD, TOKEN
 from contactlaw.mujoco_plugin.instances import ContactInstance, contact_instances
@@ -140,7 +139,7 @@ def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
 
 
 class View:
-    """Arrays of the world of an mjData, and for each contact of the model a changed friction coefficient, else NaN.
+    """Arrays of the world of an mjData.
 
     head: of the block. number: index of the instance among the contacts of the model, and of its pair in the world.
     """
@@ -151,10 +150,8 @@ class View:
         self.contacts = record_at(world["contacts"], CONTACT, world["contact_room"])
         self.bodies = record_at(world["bodies"], BODY, world["body_count"])
         self.pairs = record_at(world["pairs"], PAIR, world["pair_count"])
-        self.numbers = int(world["numbers"])
         self.shapes = record_at(world["shapes"], SHAPE, world["shape_count"])
         self.groups = record_at(world["groups"], np.int64, world["group_count"] ** 2).reshape(world["group_count"], -1)
-        self.frictions = record_at(head["frictions"], np.float64, self.pairs.size)
         self.geoms = record_at(head["geoms"], np.int64, world["shape_count"])
 
     def points(self, rows: NDArray[Any]) -> Array:
@@ -164,16 +161,6 @@ class View:
     def mean_forces(self, rows: NDArray[Any], dt: float) -> Array:
         """Return the mean forces on A over the last step [N], shape (n, 3)."""
         return mean_impulses(self.bodies, rows, dt) / dt
-
-    def give_frictions(self, frictions: Array) -> None:
-        """Set the friction coefficients of the pairs; NaN leaves a pair as it is."""
-        self.frictions[:] = frictions
-        for pair in np.flatnonzero(~np.isnan(frictions)):
-            record_at(self.numbers + 8 * int(self.pairs["numbers"][pair]), LAW_PAIR, 1)["friction"] = frictions[pair]
-            self.pairs["by_shapes"][pair] = 0
-        own, touch = frictions[self.contacts["pair"]], self.contacts["touch"]
-        touch["friction"] = np.where(np.isnan(own), touch["friction"], own)
-        self.bodies["held"] = np.nan  # sleeping bodies check again whether they may sleep
 
 
 def view_of(model: mujoco.MjModel, data: mujoco.MjData, name: Any = FIRST) -> View:
@@ -215,5 +202,6 @@ def set_friction(model: mujoco.MjModel, data: mujoco.MjData, name: str, friction
     """
     mu = checks.not_negative("friction", friction)
     world = view_of(model, data, name)
-    world.frictions[world.number] = mu
-    world.give_frictions(world.frictions)
+    world.pairs["friction"][world.number] = mu
+    world.contacts["touch"]["friction"][world.contacts["pair"] == world.number] = mu
+    world.bodies["held"] = np.nan  # sleeping bodies check again whether they may sleep

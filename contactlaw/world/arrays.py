@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 
 from contactlaw.jit import INTERPRETED
+from contactlaw.laws.record import PAIR as LAW
+from contactlaw.laws.record import PAIR_SIZE
 from contactlaw.world.data.records import (
     BODY,
     BOX,
@@ -157,6 +159,7 @@ def with_pair(one: Arrays, radius: float, numbers: Array, size: int) -> Arrays:
     """
     pairs = longer(one.pairs, 1)
     pairs["radius"][-1], pairs["numbers"][-1] = radius, one.numbers.size
+    pairs["friction"][-1] = numbers[:PAIR_SIZE].view(LAW)["friction"][0]
     more = max(size - one.memory.shape[1], 0)
     memory = np.pad(one.memory, ((0, 0), (0, more)))
     return one._replace(

@@ -247,7 +247,7 @@ def restore_contact(w, c, a, b):
     t, law, own = c.touch, law_of(w, pair_at(w.pairs, pair)), pair_at(w.pairs, pair).radius
     t.e_star, t.g_star = law.e_star, law.g_star
     if law.speeds == 0.0:
-        mu = friction_of(w, pair_at(w.pairs, pair), sa, sb)
+        mu = friction_of(pair_at(w.pairs, pair), sa, sb)
         if t.mu != mu:  # the user has changed it since
             t.friction = mu
         t.mu, t.zeta = mu, law.zeta

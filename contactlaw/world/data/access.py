@@ -5,6 +5,7 @@ Python owns the arrays (`world.arrays`), keeps them alive and writes their addre
 
 from __future__ import annotations
 
+from math import isnan
 from typing import Any
 
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
@@ -111,13 +112,13 @@ def law_of(w, pair):
 
 
 @jit_inside
-def friction_of(w, pair, a, b):
+def friction_of(pair, a, b):
     """Return the friction coefficient of a pair of materials for shapes a and b.
 
-    If it is given by the shapes: that of the one with the higher priority, the greater one if both have the same.
+    If the pair has none: that of the shape with the higher priority, the greater one if both have the same.
     """
-    if pair.by_shapes == 0:
-        return law_of(w, pair).friction
+    if not isnan(pair.friction):
+        return pair.friction
     if a.priority == b.priority:
         return max(a.friction, b.friction)
     return a.friction if a.priority > b.priority else b.friction
