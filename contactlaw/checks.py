@@ -45,11 +45,17 @@ def not_negative(name: str, value: Any) -> float:
 LEAST_RESTITUTION = 1e-6  # 0 would need infinite damping; far below, the damped oscillator loses its digits
 RESTITUTIONS = "in [1e-6, 1]"
 SPEEDS = 1e-30, 1e30  # [m/s], beyond which powers of a speed under- or overflow
+LARGEST_COUNT = 2**63 - 1  # that compiled code can take
 
 
 def restitution(name: str, value: Any) -> float:
     """Return value as a restitution coefficient, a float in [1e-6, 1]."""
     return number(name, value, RESTITUTIONS, low=LEAST_RESTITUTION, high=1.0)
+
+
+def speed(name: str, value: Any, *, least: float = SPEEDS[0]) -> float:
+    """Return value as a speed [m/s] whose powers neither under- nor overflow."""
+    return number(name, value, f"in [{least:g}, {SPEEDS[1]:g}] m/s", low=least, high=SPEEDS[1])
 
 
 def finite_array(name: str, value: ArrayLike) -> NDArray[np.float64]:
@@ -74,6 +80,16 @@ def finite_array(name: str, value: ArrayLike) -> NDArray[np.float64]:
         bad = array[~np.isfinite(array)].flat[0]
         raise ValueError(f"{name}: holds {bad}; every value must be finite")
     return array
+
+
+def broadcast(given: dict[str, ArrayLike]) -> list[NDArray[np.float64]]:
+    """Return finite float64 arrays by name, broadcast to one shape."""
+    arrays = [finite_array(name, value) for name, value in given.items()]
+    try:
+        return arrays if all(array.ndim == 0 for array in arrays) else list(np.broadcast_arrays(*arrays))
+    except ValueError:
+        shapes = ", ".join(f"{name} {array.shape}" for name, array in zip(given, arrays, strict=True))
+        raise ValueError(f"{shapes}: must be shapes that broadcast together") from None
 
 
 def vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
@@ -110,7 +126,7 @@ def fields_of(where: str, name: str, words: Iterable[str], known: Iterable[str])
 def one_of(name: str, value: Any, allowed: Iterable[str]) -> str:
     """Return value if it is one of the allowed names; the error suggests the nearest one."""
     names = list(allowed)
-    if value in names:
+    if isinstance(value, str) and value in names:
         return value
     raise ValueError(f"{name} = {value!r}: must be one of {', '.join(names)}{hint(value, names)}")
 
@@ -129,14 +145,24 @@ def truth(name: str, value: Any) -> bool:
     return bool(value)
 
 
-def count(name: str, value: Any, least: int) -> int:
-    """Return value as an int >= least."""
+def instance(name: str, value: Any, *kinds: type) -> Any:
+    """Return value if it is an instance of one of the classes."""
+    if not isinstance(value, kinds):
+        what = " or ".join(f"{kind.__module__.partition('.')[0]}.{kind.__name__}" for kind in kinds)
+        raise ValueError(f"{name} = {value!r}: must be a {what.replace('builtins.', '')}")
+    return value
+
+
+def count(name: str, value: Any, least: int, most: int = LARGEST_COUNT) -> int:
+    """Return value as an int >= least, and at most `most`."""
     try:
         if isinstance(value, bool):
             raise TypeError
         result = operator.index(value)
     except TypeError:
         result = least - 1
+    if result > most:
+        raise ValueError(f"{name} = {value!r}: must be an integer from {least} to {most}")
     if result < least:
         raise ValueError(f"{name} = {value!r}: must be an integer >= {least}")
     return result
@@ -174,7 +200,7 @@ def flat(items: Iterable[Any], one: Any = str) -> list[Any]:
     """
     out: list[Any] = []
     for item in items:
-        out.extend([item] if isinstance(item, str | one) or not isinstance(item, Iterable) else item)
+        out.extend([item] if isinstance(item, str | one) or not np.iterable(item) else item)
     return out
 
 

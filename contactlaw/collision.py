@@ -5,23 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot, inf, isfinite, isinf, nan, sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contactlaw import checks
-from contactlaw.impact import check_steps, nodes_for
+from contactlaw.impact import MOST_STEPS, check_steps, nodes_for
 from contactlaw.laws.hertz import LINEAR_STIFFNESS
-from contactlaw.laws.normal_motion import (
-    DONE,
-    PULL,
-    SCALED_DEEPEST,
-    SLIDING_SPEED,
-    STORED,
-    TRACK,
-    Motion,
-    normal_motion,
-)
+from contactlaw.laws.normal_motion import SCALED_DEEPEST, TRACK, Motion, normal_motion
 from contactlaw.pair import ContactPair, warn_of_depth
 from contactlaw.single import Scale, impact_by_steps
 
@@ -135,8 +127,10 @@ def collide(
         ValueError: The bodies do not approach each other, or a value is outside its range.
     """
     b = FIXED_PLANE if b is None else b
-    if not (isinstance(steps, int | np.integer) and steps >= 4):
-        raise ValueError(f"steps = {steps!r}: must be an integer >= 4")
+    checks.instance("pair", pair, ContactPair)
+    for name, body in (("a", a), ("b", b)):
+        checks.instance(name, body, Body)
+    steps = checks.count("steps", steps, 4, MOST_STEPS)
     x, y, z = n = (0.0, 0.0, 1.0) if normal is UPWARD else tuple(checks.unit_vector("normal", normal).tolist())
     arm_a, arm_b = (0.0 if isinf(body.radius) else body.radius for body in (a, b))
     v_a, w_a, v_b, w_b = (array.tolist() for array in (a.velocity, a.spin, b.velocity, b.spin))  # type: ignore[union-attr]
@@ -161,12 +155,11 @@ def collide(
     along = (sliding[0] / speed, sliding[1] / speed, sliding[2] / speed) if speed > 0.0 else _any_tangent(n)
     pair = pair.at(approach, speed)
     chi = pair.chi(mass, tangential_mass)
-    steps = int(steps)
     check_steps(steps, chi)
     scale = pair.kappa / (pair.friction * approach) if pair.friction > 0.0 else nan
     motion, length, deepest = _normal_motion(pair, radius, mass, approach, steps)
     warn_of_depth(length * float(motion.delta.max()), radius)
-    track, law = np.empty((TRACK, steps + 1)), pair.rule
+    track, law = np.empty(steps + 1, TRACK), pair.rule
     if law.on_line is not None and isfinite(scale * speed):
         rate = 1.0 / scale  # mu V_z1/kappa [m/s], the unit of psi
         unit = pair.friction * mass * approach**2 / length, rate**2 * pair.kappa * mass, rate
@@ -175,7 +168,7 @@ def collide(
         law = law.with_nodes(2 * nodes_for(chi))  # forces during an impact need more nodes than the rebound
         p, scales = pair.parameters(radius, law.memory), Scale(mass, approach, length, tangential_mass)
         after = impact_by_steps(p, *law.new_contact(), motion, scales, deepest, speed, track)
-    force = np.outer(track[PULL], (-along[0], -along[1], -along[2]))
+    force = np.outer(track["force"], (-along[0], -along[1], -along[2]))
 
     push, pull = mass * approach * (1.0 + pair.restitution), tangential_mass * (after - speed)
     impulse = push * x + pull * along[0], push * y + pull * along[1], push * z + pull * along[2]
@@ -207,10 +200,10 @@ def _normal_motion(
     return motion, length, length * float(motion.delta.max())
 
 
-def _ledger(motion: Motion, scale: Scale, track: Array) -> list[Array]:
+def _ledger(motion: Motion, scale: Scale, track: Any) -> list[Array]:
     """Return time [s], overlap [m], normal force [N] and five energies [J], shape (steps + 1,) each.
 
-    The energies are those of `Impact`, in its order. track: see `normal_motion.TRACK`.
+    The energies are those of `Impact`, in its order.
     """
     energy = scale.mass * scale.approach * scale.approach
     stored, square = energy * motion.energy, motion.speed * motion.speed
@@ -218,10 +211,10 @@ def _ledger(motion: Motion, scale: Scale, track: Array) -> list[Array]:
         scale.length / scale.approach * motion.instant,
         scale.length * motion.delta,
         energy / scale.length * motion.force,
-        0.5 * energy * square + 0.5 * scale.tangential_mass * track[SLIDING_SPEED] ** 2,
+        0.5 * energy * square + 0.5 * scale.tangential_mass * track["speed"] ** 2,
         stored,
-        track[STORED],
-        track[DONE] - track[STORED],
+        track["stored"],
+        track["work"] - track["stored"],
         0.5 * energy * (1.0 - square) - stored,
     ]
 

@@ -25,6 +25,7 @@ CHI_BOUNDS = [1.3, 2.2, 5.0, 10.0, 20.0, 40.0]
 RESOLUTION = [(16, 128), (16, 160), (32, 256), (64, 360), (64, 512), (128, 720), (128, 1024)]
 BATCH = 8192  # impacts that a thread takes at a time
 RADIUS_AT = (PAIR.names or ()).index("radius")
+MOST_STEPS = 1_000_000  # an impact; the error, 1/steps^2, is rounding by then
 STABLE_STEPS = 4.5  # steps an impact over sqrt(chi): twice those at which the leapfrog of a stuck contact is unstable
 SCALED = 0.75, 0.75, 1.0, 1.0  # E*, G*, R and mu of a pair with P = delta^1.5 and kappa = mu = 1
 
@@ -57,19 +58,13 @@ def rebound(
         ValueError: A value is outside its range; the message names it.
     """
     rule = law_of(law)
-    if steps is not None and not (isinstance(steps, int | np.integer) and not isinstance(steps, bool) and steps >= 4):
-        raise ValueError(f"steps = {steps!r}: must be None or an integer >= 4")
+    steps = None if steps is None else checks.count("steps", steps, 4, MOST_STEPS)
     threads = checks.count("threads", threads, 1)
     given = {"psi_1": psi_1, "chi": chi, "restitution": restitution}
     if all(isinstance(value, float) for value in given.values()):  # one impact: arrays would cost more than it does
         one = float(psi_1), float(chi), float(restitution)  # type: ignore[arg-type]
         return _single(*one, rule, steps)
-    arrays = [checks.finite_array(name, value) for name, value in given.items()]
-    try:
-        psi, c, e = arrays if all(array.ndim == 0 for array in arrays) else np.broadcast_arrays(*arrays)
-    except ValueError:
-        shapes = ", ".join(f"{name} {array.shape}" for name, array in zip(given, arrays, strict=True))
-        raise ValueError(f"{shapes}: must be shapes that broadcast together") from None
+    psi, c, e = checks.broadcast(given)
     if (c <= 0.0).any():
         raise ValueError(f"chi = {c[c <= 0.0].flat[0]}: must be > 0")
     if ((e < checks.LEAST_RESTITUTION) | (e > 1.0)).any():
@@ -176,7 +171,7 @@ def force_along_path(pair: ContactPair, approach: ArrayLike, displacement: Array
         ValueError: Shapes do not match, values are not finite, there is no radius, or the restitution is below 1 (a
             slow path has no rate for the damper to act on).
     """
-    pair = pair.at(0.0)
+    pair = checks.instance("pair", pair, ContactPair).at(0.0)
     if pair.restitution < 1.0:
         raise ValueError(f"restitution = {pair.restitution!r}: must be 1 here, a prescribed slow path has no rate")
     overlap, motion = checks.finite_array("approach", approach), checks.finite_array("displacement", displacement)

@@ -136,7 +136,7 @@ class ContactPair:
         """Return the pair with the restitution and friction of an impact at these closing and sliding speeds [m/s]."""
         if not (isinstance(self.restitution, OverSpeed) or isinstance(self.friction, OverSpeed)):
             return self
-        e, mu = self._at(closing, sliding)
+        e, mu = self._at(checks.speed("closing", closing, least=0.0), checks.speed("sliding", sliding, least=0.0))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ContactWarning)
             return replace(self, restitution=e, friction=mu)
@@ -144,29 +144,32 @@ class ContactPair:
     def _at(self, closing: float, sliding: float) -> tuple[float, float]:
         """Return restitution and friction at these speeds [m/s]."""
         e, mu = self.restitution, self.friction
-        return e(closing) if isinstance(e, OverSpeed) else e, mu(sliding) if isinstance(mu, OverSpeed) else mu
+        if isinstance(e, OverSpeed):
+            e = max(e(closing), checks.LEAST_RESTITUTION)
+        return e, mu(sliding) if isinstance(mu, OverSpeed) else mu
 
     def chi(self, normal_mass: float, tangential_mass: float) -> float:
         """chi = (kappa/2) m_N/m_T for the effective masses at the contact point [kg].
 
         A sphere-like body of mass M and radius of gyration K (in radii) on a fixed one: m_N = M, m_T = M/(1 + 1/K^2).
         """
-        return 0.5 * self.kappa * checks.positive("normal_mass", normal_mass) / checks.positive(
-            "tangential_mass", tangential_mass
-        )  # fmt: skip
+        ratio = checks.positive("normal_mass", normal_mass) / checks.positive("tangential_mass", tangential_mass)
+        return 0.5 * self.kappa * checks.positive("normal_mass/tangential_mass", ratio)
 
     def psi(self, tangential_velocity: float, normal_velocity: float) -> float:
         """psi = (kappa/mu) V_x/V_z1 for the tangential velocity of the contact point and the approach speed [m/s]."""
-        sliding = float(checks.finite_array("tangential_velocity", tangential_velocity))
+        most = checks.SPEEDS[1]
+        allowed = f"in [{-most:g}, {most:g}] m/s"
+        sliding = checks.number("tangential_velocity", tangential_velocity, allowed, low=-most, high=most)
         _, friction = self._at(0.0, abs(sliding))
         if friction == 0.0:
             raise ValueError("friction = 0.0: psi = (kappa/mu) V_x/V_z1 needs friction > 0")
-        return self.kappa / friction * sliding / checks.positive("normal_velocity", normal_velocity)
+        return self.kappa / friction * sliding / checks.speed("normal_velocity", normal_velocity)
 
     def greatest_overlap(self, mass: float, speed: float) -> float:
         """Greatest overlap [m] of an impact, for the normal effective mass [kg] and approach speed [m/s]."""
-        zeta = self.at(speed).damping_ratio
-        return self._deepest(mass, speed) * plain(oscillator.restitution)(zeta) ** 0.4
+        deepest = self._deepest(mass, speed)
+        return deepest * plain(oscillator.restitution)(self.at(speed).damping_ratio) ** 0.4
 
     def contact_duration(self, mass: float, speed: float) -> float:
         """Duration of an impact [s], for the normal effective mass [kg] and approach speed [m/s].
@@ -180,14 +183,12 @@ class ContactPair:
 
         mass: normal effective mass [kg]. speed: approach speed [m/s].
         """
-        force = normal_motion.normal_motion(self.at(speed).damping_ratio, 2000, False).force
-        return float(
-            self._stiffness() * (self._deepest(mass, speed) / normal_motion.SCALED_DEEPEST) ** 1.5 * force.max()
-        )
+        unit = self._stiffness() * (self._deepest(mass, speed) / normal_motion.SCALED_DEEPEST) ** 1.5
+        return unit * float(normal_motion.normal_motion(self.at(speed).damping_ratio, 2000, False).force.max())
 
     def _deepest(self, mass: float, speed: float) -> float:
         """Greatest overlap [m] of an undamped impact."""
-        m, v = checks.positive("mass", mass), checks.positive("speed", speed)
+        m, v = checks.positive("mass", mass), checks.speed("speed", speed)
         return hertz.greatest_overlap(self._stiffness(), m, 0.0, v)
 
     def _stiffness(self) -> float:
@@ -218,7 +219,7 @@ class ContactPair:
             nodes: Number of nodes, for a law that leaves it open.
         """
         given = self.radius is not None or radius is None
-        return self.rule.with_nodes(nodes).with_pair(
+        return self.rule.with_nodes(None if nodes is None else checks.count("nodes", nodes, 0, 512)).with_pair(
             self.effective_modulus,
             self.effective_shear_modulus,
             self._radius() if given else checks.positive("radius", radius),

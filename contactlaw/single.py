@@ -12,7 +12,7 @@ import numpy as np
 
 from contactlaw.jit import jit
 from contactlaw.laws.hertz import elastic_force
-from contactlaw.laws.normal_motion import DONE, PULL, SLIDING_SPEED, STORED, Motion
+from contactlaw.laws.normal_motion import TRACK, Motion
 from contactlaw.laws.record import PAIR_SIZE, ask_energy, ask_stiffness, contact_of, pair_of
 from contactlaw.laws.step import ask, prescribe
 
@@ -91,7 +91,7 @@ def impact_by_steps(p, header, memory, motion: Motion, scale: Scale, deepest, sp
     """Sliding speed [m/s] after one impact along a line.
 
     p, header, memory: as for `force_along_path`. deepest: greatest overlap of the motion [m]. speed: sliding speed at
-    the touch [m/s]. track_out: history, see `normal_motion.TRACK`; empty: not recorded.
+    the touch [m/s]. track_out: history of `normal_motion.TRACK`, (steps + 1,); empty: not recorded.
     """
     pair, contact, law = pair_of(p), contact_of(header), p[PAIR_SIZE:]
     mass, approach, length, tangential_mass = scale
@@ -121,8 +121,8 @@ def impact_by_steps(p, header, memory, motion: Motion, scale: Scale, deepest, sp
         slide = speed * length / approach * motion.step[k]
         now = 0.5 * (before + speed) if 0 < k < steps else before if k == 0 else speed
         if track_out.size > 0:
-            track_out[PULL, k], track_out[STORED, k], track_out[DONE, k] = pull, elastic, work
-            track_out[SLIDING_SPEED, k] = now
+            one = track_out[k]
+            one.force, one.stored, one.work, one.speed = pull, elastic, work, now
     return speed
 
 
@@ -138,7 +138,7 @@ def first_share(contact, pair, law, speed, closing):
 @jit
 def impacts_by_steps(p, header, memory, motion: Motion, deepest, psi_1, chi, psi_2_out):
     """psi_2 of whole impacts, arrays (n,). p: numbers of a pair with E* = G* = 3/4 Pa, R = 1 m and mu = 1."""
-    no_track = np.empty((0, 0))
+    no_track = np.empty(0, TRACK)
     for j in range(psi_1.size):
         side = 1.0 if psi_1[j] >= 0.0 else -1.0
         scale = Scale(1.0, 1.0, 1.0, 0.5 / chi[j])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from math import inf, nan
 
 import numpy as np
@@ -24,18 +25,13 @@ SHAPES = {
 }
 
 
-def moving(body: Body, velocity: object, spin: object = (0.0, 0.0, 0.0)) -> Body:
-    """The body with another motion."""
-    return Body(body.mass, body.radius, body.inertia, velocity, spin)  # type: ignore[arg-type]
-
-
 def impact_at(
     psi_1: float, shape: str = "solid ball", law: str = "microslip", e: float = 1.0, steps: int = 400
 ) -> tuple[ContactPair, Impact]:
     """An impact along x at 1 m/s with this psi_1."""
     pair = ContactPair(STEEL, STEEL, 0.1, restitution=e, law=law)
     a, b = SHAPES[shape]
-    return pair, collide(pair, moving(a, (psi_1 * 0.1 / pair.kappa, 0.0, -1.0)), b, steps=steps)
+    return pair, collide(pair, replace(a, velocity=(psi_1 * 0.1 / pair.kappa, 0.0, -1.0)), b, steps=steps)
 
 
 def contact_velocity(a: Body, b: Body, va: np.ndarray, wa: np.ndarray, vb: np.ndarray, wb: np.ndarray, n: np.ndarray):
@@ -48,7 +44,7 @@ def random_pair_of_balls(velocity_a: object, spin_a: object, velocity_b: object,
     """Two balls that approach at 0.5 m/s or more along n."""
     a, b = Body(0.5, 0.02, None, velocity_a, spin_a), Body(0.2, 0.013, None, velocity_b, spin_b)  # type: ignore[arg-type]
     closing = -(a.velocity - b.velocity) @ n  # type: ignore[operator]
-    return moving(a, a.velocity - max(0.5 - closing, 0.0) * n, spin_a), b  # type: ignore[operator]
+    return replace(a, velocity=a.velocity - max(0.5 - closing, 0.0) * n), b  # type: ignore[operator]
 
 
 @pytest.mark.heavy
@@ -175,8 +171,8 @@ def test_results_turn_with_the_frame(seed: int, law: str) -> None:
     straight = collide(pair, a, b, normal=n, steps=100)
     turned = collide(
         pair,
-        moving(a, turn @ a.velocity, turn @ a.spin),
-        moving(b, turn @ b.velocity, turn @ b.spin),
+        replace(a, velocity=turn @ a.velocity, spin=turn @ a.spin),
+        replace(b, velocity=turn @ b.velocity, spin=turn @ b.spin),
         normal=turn @ n,
         steps=100,
     )
@@ -205,9 +201,7 @@ def test_a_moving_observer_sees_the_same_impact(velocity: tuple, spin: tuple, dr
     a, b = random_pair_of_balls(velocity, spin, (0.1, 0.2, 0.0), (5.0, 0.0, 1.0), n)
     pair = ContactPair(STEEL, STEEL, 0.2)
     still = collide(pair, a, b, steps=50)
-    seen = collide(
-        pair, moving(a, a.velocity + np.array(drift), a.spin), moving(b, b.velocity + np.array(drift), b.spin), steps=50
-    )  # type: ignore[operator]
+    seen = collide(pair, *(replace(one, velocity=one.velocity + np.array(drift)) for one in (a, b)), steps=50)  # type: ignore[operator]
     np.testing.assert_allclose(seen.velocity_a - drift, still.velocity_a, atol=1e-9)
     assert seen.psi_2 == pytest.approx(still.psi_2, abs=1e-9)
 
@@ -258,7 +252,7 @@ def test_frictionless_impact_leaves_tangential_motion_alone() -> None:
 
 
 def test_effective_radius_comes_from_the_bodies_unless_the_pair_has_one() -> None:
-    a, b = moving(SHAPES["ball on ball"][0], (0.0, 0.0, -1.0)), SHAPES["ball on ball"][1]
+    a, b = replace(SHAPES["ball on ball"][0], velocity=(0.0, 0.0, -1.0)), SHAPES["ball on ball"][1]
     from_bodies = collide(ContactPair(STEEL, STEEL, 0.1), a, b)
     from_pair = collide(ContactPair(STEEL, STEEL, 0.1, radius=1 / (1 / 0.02 + 1 / 0.013)), a, b)
     np.testing.assert_allclose(from_bodies.overlap, from_pair.overlap, rtol=1e-12)

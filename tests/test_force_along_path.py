@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from contactlaw import LAWS, MATERIALS, ContactPair, force_along_path
 from contactlaw.laws.microslip import Microslip
+from tests.reference import mindlin_loop
 
 STEEL = MATERIALS["steel"]
 DEEP = 1e-6  # [m]
@@ -35,11 +36,6 @@ def full_slip(pair: ContactPair, overlap: float = DEEP) -> float:
 def hertz(pair: ContactPair, overlap: np.ndarray | float) -> np.ndarray:
     """Normal force [N]."""
     return 4 / 3 * pair.effective_modulus * np.sqrt(pair.radius) * np.maximum(overlap, 0.0) ** 1.5  # type: ignore[arg-type]
-
-
-def cattaneo(pair: ContactPair, share: np.ndarray) -> np.ndarray:
-    """Tangential force at constant normal force and displacement share * full_slip, by Cattaneo (1938) [N]."""
-    return pair.friction * hertz(pair, DEEP) * (1.0 - np.maximum(1.0 - share, 0.0) ** 1.5)
 
 
 def dense_solution(
@@ -104,7 +100,7 @@ def test_loading_follows_cattaneo_and_mindlin(nodes: int) -> None:
     pair, share = pair_with(Microslip(nodes)), np.linspace(0.0, 1.2, 49)
     displacement = full_slip(pair) * np.concatenate([[0.0], share])
     _, force = force_along_path(pair, np.concatenate([[0.0], np.full(49, DEEP)]), displacement)
-    error = np.abs(force[1:] - cattaneo(pair, share)).max() / (MU * float(hertz(pair, DEEP)))
+    error = np.abs(force[1:] / (MU * float(hertz(pair, DEEP))) - mindlin_loop.first_loading(share)).max()
     assert error < 0.6 / nodes**2
     assert full_slip(pair) == pytest.approx(
         3 * MU * float(hertz(pair, DEEP)) / (4 * np.sqrt(0.01 * DEEP) * pair.effective_shear_modulus), rel=1e-12
@@ -114,28 +110,20 @@ def test_loading_follows_cattaneo_and_mindlin(nodes: int) -> None:
 @pytest.mark.parametrize("turn", [0.3, 0.7, 1.0])
 def test_unloading_and_reloading_follow_masing(turn: float) -> None:
     """From the turning point the loading curve at twice its scale, back to the same point on reloading."""
-    pair = pair_with(Microslip(64))
-    scale, leg = full_slip(pair), np.linspace(0.0, 1.0, 21)
-    share = np.concatenate([turn * leg, turn * (1 - 2 * leg), turn * (2 * leg - 1)])
-    _, force = force_along_path(
-        pair, np.concatenate([[0.0], np.full(63, DEEP)]), scale * np.concatenate([[0.0], share])
-    )
-    top, size = cattaneo(pair, np.array(turn)), MU * float(hertz(pair, DEEP))
-    np.testing.assert_allclose(force[22:43], top - 2 * cattaneo(pair, turn * leg), atol=3e-4 * size)
-    np.testing.assert_allclose(force[43:], -top + 2 * cattaneo(pair, turn * leg), atol=3e-4 * size)
+    pair, loop = pair_with(Microslip(64)), mindlin_loop.cycle(float(mindlin_loop.first_loading(turn)), 21)
+    displacement = full_slip(pair) * np.append(0.0, loop.displacement)
+    _, force = force_along_path(pair, np.append(0.0, np.full(loop.force.size, DEEP)), displacement)
+    np.testing.assert_allclose(force[1:] / (MU * float(hertz(pair, DEEP))), loop.force, atol=3e-4)
 
 
 def test_dissipation_of_a_cycle_follows_mindlin() -> None:
-    """Loop area by Masing: 4 (area under the loading curve less the triangle) = closed form in the turning point."""
-    pair, turn = pair_with(Microslip(64)), 0.6
-    leg = np.linspace(-1.0, 1.0, 801)
-    share = np.concatenate([[0.0], turn * leg[400:], turn * leg[::-1], turn * leg])
-    displacement = full_slip(pair) * np.concatenate([[0.0], share])
-    _, force = force_along_path(pair, np.concatenate([[0.0], np.full(share.size, DEEP)]), displacement)
+    pair, amplitude = pair_with(Microslip(64)), float(mindlin_loop.first_loading(0.6))
+    loop = mindlin_loop.cycle(amplitude, 801)
+    displacement = full_slip(pair) * np.append(0.0, loop.displacement)
+    _, force = force_along_path(pair, np.append(0.0, np.full(loop.force.size, DEEP)), displacement)
     work = work_along(force, displacement)
-    under = turn - 0.4 * (1.0 - (1.0 - turn) ** 2.5)  # integral of 1 - (1 - s)^1.5
-    area = 8.0 * (under - 0.5 * turn * (1.0 - (1.0 - turn) ** 1.5)) * MU * float(hertz(pair, DEEP)) * full_slip(pair)
-    assert work[-1] - work[-1602] == pytest.approx(area, rel=5e-3)
+    lost = mindlin_loop.lost_work(amplitude) * MU * float(hertz(pair, DEEP)) * full_slip(pair)
+    assert work[-1] - work[-1601] == pytest.approx(lost, rel=5e-3)
 
 
 @pytest.mark.parametrize("law", SPRING_LAWS)

@@ -9,14 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from contactlaw import LAWS, MATERIALS, ContactPair, rebound
+from contactlaw import LAWS, ContactPair, rebound
 from contactlaw.jit import jit
 from contactlaw.laws.hertz import hertz_stiffness
 from contactlaw.laws.microslip import Microslip
 from contactlaw.laws.record import OPEN, PAIR_SIZE, SPRUNG, UNSHEARED, ask_stiffness, contact_of, pair_of
 from contactlaw.laws.step import ask, press, reset
 
-STEEL = MATERIALS["steel"]
 MASS, RADIUS, MU = 0.5, 0.02, 0.1
 TANGENTIAL_MASS = MASS / 3.5  # solid ball on a plane
 PSI_1 = (0.25, 0.5, 1.0, 1.2, 2.0, 3.0, 4.0, 5.0)
@@ -63,7 +62,7 @@ class Contact:
     """A steel ball's contact by a law."""
 
     def __init__(self, law: Any = "microslip", e: float = 1.0, friction: float = MU) -> None:
-        self.pair = ContactPair(STEEL, STEEL, friction, e, RADIUS, law)
+        self.pair = ContactPair("steel", "steel", friction, e, RADIUS, law)
         self.p = self.pair.parameters()
         self.header, self.memory = self.pair.rule.with_nodes(None).new_contact()
         self.slip = friction / self.pair.kappa * OVERLAP  # the displacement at which all slips

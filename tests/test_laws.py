@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from contactlaw import LAWS, MATERIALS, Body, ContactPair, Law, collide, force_along_path, rebound
+from contactlaw import LAWS, Body, ContactPair, Law, collide, force_along_path, rebound
 from contactlaw.jit import jit
 from contactlaw.laws import choices, law_of, sectors, text_of
 from contactlaw.laws.microslip import Microslip, half_line_nodes
@@ -20,7 +20,6 @@ from contactlaw.laws.record import CONTACT, PAIR, PAIR_SIZE, ask_energy, ask_sti
 from contactlaw.laws.slip import carried, held
 from contactlaw.laws.step import ask, press, reset
 
-STEEL = MATERIALS["steel"]
 ROOT = Path(__file__).parent.parent
 LADDER = ["coulomb", "linear_spring", "mindlin", "mindlin_rescaled", "microslip"]
 DERIVED = {"microslip": ["microslip_turning"]}
@@ -46,7 +45,7 @@ class OwnMindlin(Law):
 
 
 def pair_with(law: str | Law, **changes: float) -> ContactPair:
-    return ContactPair(STEEL, STEEL, **{"friction": 0.1, "radius": 0.02} | changes, law=law)  # type: ignore[arg-type]
+    return ContactPair("steel", "steel", **{"friction": 0.1, "radius": 0.02} | changes, law=law)  # type: ignore[arg-type]
 
 
 def test_registry_holds_the_ladder_in_order() -> None:

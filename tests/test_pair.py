@@ -12,16 +12,10 @@ from hypothesis import strategies as st
 
 from contactlaw import MATERIALS, RIGID, Body, ContactPair, ContactWarning, Material, collide
 from contactlaw.laws.record import pair_of
+from validation.prediction import quiet_pair
 
 STEEL, RUBBER = MATERIALS["steel"], MATERIALS["rubber"]
 MATERIAL = st.builds(Material, st.floats(1e5, 1e12), st.floats(-0.9, 0.5))
-
-
-def quiet_pair(*args: object, **kwargs: object) -> ContactPair:
-    """A pair without the warning that its materials are dissimilar."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ContactWarning)
-        return ContactPair(*args, **kwargs)  # type: ignore[arg-type]
 
 
 @given(MATERIAL)

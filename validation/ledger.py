@@ -60,7 +60,7 @@ def dissipated(law: str | Law, overlap: Array, place: Array) -> tuple[Array, Arr
     unit, radius, out = FRICTION / pair.kappa * DEEPEST, np.sqrt(RADIUS * DEEPEST), np.zeros((overlap.size, 4))
     spins, place = place.shape[1] > 2, np.column_stack([place, np.zeros((len(place), 3 - place.shape[1]))])
     way = 2 if law == SECTORS else int(spins)
-    rings, moved = np.zeros(1, torsion.TORSION), place * [unit, unit, unit / radius]
+    rings, moved = np.zeros(1, np.dtype((np.record, torsion.TORSION))), place * [unit, unit, unit / radius]
     _march(way, p, DEEPEST * overlap, moved, header, memory, own, rings, out)
     limit = FRICTION * 4.0 / 3.0 * pair.effective_modulus * np.sqrt(RADIUS) * DEEPEST**1.5
     force, moved = out[:, :3] / [limit, limit, limit * radius], np.diff(place, axis=0)

@@ -97,11 +97,5 @@ def contact_velocities(normal: ArrayLike, tangential: ArrayLike, spin: ArrayLike
         ValueError: Shapes do not match, or a value is outside its range.
     """
     arm = checks.positive("radius", radius)
-    given = {"normal": normal, "tangential": tangential, "spin": spin}
-    arrays = [checks.finite_array(name, value) for name, value in given.items()]
-    try:
-        z, v, w = np.broadcast_arrays(*arrays)
-    except ValueError:
-        shapes = ", ".join(f"{name} {array.shape}" for name, array in zip(given, arrays, strict=True))
-        raise ValueError(f"{shapes}: must be shapes that broadcast together") from None
+    z, v, w = checks.broadcast({"normal": normal, "tangential": tangential, "spin": spin})
     return np.atleast_1d(z).copy(), np.atleast_1d(v - arm * w)

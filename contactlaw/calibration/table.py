@@ -104,8 +104,12 @@ def errors_of(name: str, value: ArrayLike, count: int) -> Array:
     array = checks.finite_array(name, value)
     if array.shape not in ((), (count,), (2, count)):
         raise ValueError(f"{name}: shape {array.shape}; must be a number, ({count},) or (2, {count})")
-    if (array <= 0.0).any():
-        raise ValueError(f"{name}: holds {array.min():g}; standard deviations must be > 0")
+    least, most = checks.SPEEDS
+    bad = array[(array < least) | (array > most)]
+    if bad.size:
+        raise ValueError(
+            f"{name}: holds {bad.flat[0]:g}; standard deviations must be > 0, in [{least:g}, {most:g}] m/s"
+        )
     return np.broadcast_to(array, (2, count))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from contactlaw.laws.single_spring import SingleSpring, spring_energy, spring_force
+from contactlaw.laws.single_spring import SingleSpring
 
 
 @dataclass(frozen=True)
@@ -15,18 +15,3 @@ class LinearSpring(SingleSpring):
     source = "linearisation in Maw, Barber & Fawcett, J. Lubr. Technol. 103 (1981) 74, eqs. (3) to (5)"
     rung = 1
     linear = True
-
-    @staticmethod
-    def force(contact, law, memory, du, dv, dt):
-        """One spring with one Coulomb limit."""
-        return spring_force(contact, memory, True, False, du, dv)
-
-    @staticmethod
-    def stiffness(contact, law):
-        """kappa k_N."""
-        return contact.g_star / contact.e_star * contact.stiffness
-
-    @staticmethod
-    def energy(contact, law, memory):
-        """F^2/(2 kappa k_N)."""
-        return spring_energy(contact, memory, contact.g_star / contact.e_star * contact.stiffness)

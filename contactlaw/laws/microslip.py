@@ -16,6 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import sqrt
+from numbers import Real
 from types import ModuleType
 from typing import Any, ClassVar
 
@@ -23,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.jit import jit_inline, jit_of_sums
-from contactlaw.laws import microslip_impacts, microslip_line
+from contactlaw.laws import microslip_line, whole_impacts
 from contactlaw.laws.base import Impacts, Law
 from contactlaw.laws.nodes import follow, levers, step_of
 from contactlaw.laws.record import OPEN, SLIDING, SPRUNG, UNSHEARED, record_of
@@ -53,7 +54,7 @@ class Microslip(Law):
     shear_loss: bool = False
 
     def __post_init__(self) -> None:
-        if self.shear_loss not in (0, 1):
+        if not (isinstance(self.shear_loss, np.bool_ | Real) and self.shear_loss in (0, 1)):
             raise ValueError(f"shear_loss = {self.shear_loss!r}: must be True or False")
         object.__setattr__(self, "shear_loss", int(self.shear_loss))  # a law's fields are numbers
         if self.node_count is not None and not (isinstance(self.node_count, int) and 2 <= self.node_count <= 512):
@@ -119,10 +120,10 @@ class Microslip(Law):
         return 2.0 * contact.scale * pull_u, 2.0 * contact.scale * pull_v
 
     def impacts(self, zeta: float, steps: int) -> Impacts | None:
-        """Integrate in scaled variables, eight impacts at a time (`microslip_impacts`); None with losses in shear."""
+        """Integrate in scaled variables, eight impacts at a time (`whole_impacts`); None with losses in shear."""
         if self.shear_loss and zeta > 0.0:
             return None
-        return microslip_impacts.impacts(zeta, steps, *half_line_nodes(self.memory))
+        return whole_impacts.impacts(zeta, steps, *half_line_nodes(self.memory))
 
     @property
     def on_line(self) -> ModuleType | None:

@@ -46,7 +46,6 @@ import numpy as np
 
 from contactlaw.jit import jit
 from contactlaw.laws.hertz import hertz_stiffness
-from contactlaw.laws.normal_motion import DONE, PULL, SLIDING_SPEED, STORED
 from contactlaw.laws.record import pair_of, record
 
 PIECE = np.dtype((np.record, record("end", "root", "place", "origin", "slope", "integral", "squares")))
@@ -155,7 +154,7 @@ def impact(motion, chi, unit, speed, track_out):
     """Scaled sliding speed psi_2 after one impact with mu > 0, by integration of psi' = -2 chi F/mu.
 
     motion: `normal_motion.Motion`. speed: psi_1, in the unit of speed mu V_z1/kappa. unit: units of force [N], energy
-    [J] and speed [m/s] for track_out, the history of `normal_motion.TRACK`.
+    [J] and speed [m/s] for track_out, an array of `normal_motion.TRACK`, (steps + 1,).
     """
     steps = motion.delta.size - 1
     force, energy, rate = unit
@@ -178,6 +177,6 @@ def impact(motion, chi, unit, speed, track_out):
         slide = psi * motion.step[k]
         after = psi
         now = 0.5 * (before + after) if 0 < k < steps else before if k == 0 else after
-        track_out[PULL, k], track_out[STORED, k], track_out[DONE, k] = force * pull, energy * elastic, energy * work
-        track_out[SLIDING_SPEED, k] = rate * now
+        one = track_out[k]
+        one.force, one.stored, one.work, one.speed = force * pull, energy * elastic, energy * work, rate * now
     return after

@@ -21,12 +21,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 from math import exp, inf, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw.jit import jit, jit_inline, jit_of_sums
+from contactlaw.laws.base import Array
 from contactlaw.laws.microslip import Microslip, displace, keeps_sliding
 from contactlaw.laws.nodes import levers, step_of
 from contactlaw.laws.record import record_of
@@ -37,13 +37,25 @@ BEYOND = 0.15  # distance of r_j from c_j, where the surface traction is infinit
 TOLERANCE, MOST_SWEEPS = 0.0075, 12  # change of the rings' forces in the last sweep, over that of a stuck contact
 NEAR = 0.8  # a force whose square is above this share of the limit's counts as on the limit at the step's start
 
-# Rows of the array of nodes: limit; traction without slip, and new traction, along both tangents.
-CAP, FREE_U, FREE_V, NEW_U, NEW_V = range(5)
-# Rows of the array of rings: limit; force now, force before, and force if this ring alone were stuck.
-LIMIT, FORCE_U, FORCE_V, BEFORE_U, BEFORE_V, STUCK_U, STUCK_V = range(7)
+
+class Springs(NamedTuple):
+    """Limits of the springs, shape (n,); tractions without slip, and new ones, shape (2, n)."""
+
+    limit: Array
+    free: Array
+    new: Array
 
 
-def cells(count: int) -> tuple[NDArray[Any], NDArray[Any]]:
+class Rings(NamedTuple):
+    """Limits of the rings, shape (n,); forces now, before, and if this ring alone were stuck, shape (2, n)."""
+
+    limit: Array
+    force: Array
+    before: Array
+    stuck: Array
+
+
+def cells(count: int) -> tuple[Array, Array]:
     """Positions and widths of cells on [0, 1] that end at x = sin of equal steps of an angle: narrow where slip begins.
 
     x^2 is its mean over the cell, so that the limits sum to mu P. Gauss nodes are not in the middle of cells as wide as
@@ -54,7 +66,7 @@ def cells(count: int) -> tuple[NDArray[Any], NDArray[Any]]:
 
 
 @lru_cache(maxsize=64)
-def surface_maps(weights: tuple[float, ...]) -> dict[str, NDArray[Any]]:
+def surface_maps(weights: tuple[float, ...]) -> dict[str, Any]:
     """B; C; and, over the diagonal of A, C^T diag(2 w) by rows and A without its diagonal by columns; (n, n) each."""
     w = np.array(weights)
     ends = np.concatenate([[0.0], np.cumsum(w)])
@@ -128,109 +140,119 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
     """
     n = memory.shape[1]  # not law.w.size, a constant: the compiler would unroll these loops and not vectorise them
     rate = 1.0 / (overlap - before) if overlap > before else 1e300
-    node, ring = np.empty((5, n)), np.zeros((7, n))
+    room = np.empty((5, n))
+    most, free, new = springs = Springs(room[0], room[1:3], room[3:5])
     load, active, pull_u, pull_v, dissipated = 0.0, 0, 0.0, 0.0, 0.0
     for i in range(n):
         z = max(overlap - s2 * law.x2[i], 0.0)
         part = min(z * rate, 1.0)
         u, v = memory[0, i] + part * gu, memory[1, i] + part * gv
         back = min(cap * z / sqrt(u * u + v * v + 1e-300), 1.0)
-        node[CAP, i] = cap * z
-        node[FREE_U, i], node[FREE_V, i], node[NEW_U, i], node[NEW_V, i] = u, v, back * u, back * v
+        most[i], free[0, i], free[1, i] = cap * z, u, v
+        new[0, i], new[1, i] = back * u, back * v
         load += law.w[i] * z
         active += z > 0.0
-    for j in range(active):
-        limit, fu, fv, before_u, before_v, out_u, out_v = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for i in range(n):
-            b, slip = law.surface[j, i], law.slip[j, i]
-            limit += b * node[CAP, i]
-            fu += b * node[NEW_U, i]
-            fv += b * node[NEW_V, i]
-            before_u += b * memory[0, i]
-            before_v += b * memory[1, i]
-            out_u += slip * (node[FREE_U, i] - node[NEW_U, i])
-            out_v += slip * (node[FREE_V, i] - node[NEW_V, i])
-        limit, square = max(limit, 0.0), before_u * before_u + before_v * before_v
-        onto = limit / sqrt(square) if square > NEAR * limit * limit else 1.0
-        ring[LIMIT, j], ring[FORCE_U, j], ring[FORCE_V, j] = limit, fu, fv
-        ring[BEFORE_U, j], ring[BEFORE_V, j] = onto * before_u, onto * before_v
-        ring[STUCK_U, j], ring[STUCK_V, j] = fu + out_u, fv + out_v
+    rings = rings_of(law, memory, springs, active)
     tolerance = 2.0 * TOLERANCE * sqrt((gu * gu + gv * gv) * overlap / s2)
     for _ in range(3):
-        dissipated = set_springs(law, memory, node, ring, relax(law, ring, active, tolerance))
+        dissipated = set_springs(law, memory, springs, rings, relax(law, rings, active, tolerance))
         if dissipated >= 0.0:
             break
         tolerance *= 1e-3
     if dissipated < 0.0 and (overlap >= before or tolerance == 0.0):  # else the mean force does not give the work
-        pull_back(law, memory, node, dissipated, 1.0 if overlap >= before else 0.0)
+        pull_back(law, memory, springs, dissipated, 1.0 if overlap >= before else 0.0)
     for i in range(n):
-        memory[0, i], memory[1, i] = node[NEW_U, i], node[NEW_V, i]
-        pull_u += law.w[i] * node[NEW_U, i]
-        pull_v += law.w[i] * node[NEW_V, i]
+        memory[0, i], memory[1, i] = u, v = new[0, i], new[1, i]
+        pull_u += law.w[i] * u
+        pull_v += law.w[i] * v
     within = min(cap * load / sqrt(pull_u * pull_u + pull_v * pull_v + 1e-300), 1.0)
     return within * pull_u, within * pull_v
 
 
 @jit_of_sums
-def relax(law, ring, active, tolerance):
+def rings_of(law, memory, springs, active):
+    """Rings of the tractions of springs; only `active` ones are in contact."""
+    n, room = memory.shape[1], np.zeros((7, memory.shape[1]))
+    rings, (most, free, new) = Rings(room[0], room[1:3], room[3:5], room[5:7]), springs
+    for j in range(active):
+        limit, fu, fv, before_u, before_v, out_u, out_v = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for i in range(n):
+            b, slip = law.surface[j, i], law.slip[j, i]
+            limit += b * most[i]
+            fu += b * new[0, i]
+            fv += b * new[1, i]
+            before_u += b * memory[0, i]
+            before_v += b * memory[1, i]
+            out_u += slip * (free[0, i] - new[0, i])
+            out_v += slip * (free[1, i] - new[1, i])
+        limit, square = max(limit, 0.0), before_u * before_u + before_v * before_v
+        onto = limit / sqrt(square) if square > NEAR * limit * limit else 1.0
+        rings.limit[j], rings.force[0, j], rings.force[1, j] = limit, fu, fv
+        rings.before[0, j], rings.before[1, j] = onto * before_u, onto * before_v
+        rings.stuck[0, j], rings.stuck[1, j] = fu + out_u, fv + out_v
+    return rings
+
+
+@jit_of_sums
+def relax(law, rings, active, tolerance):
     """Return rings to their limits until a sweep changes their forces by no more than `tolerance` [N/m].
 
     Returns the innermost ring that slips; springs further in stick.
     """
-    n, inner = ring.shape[1], active
+    (most, force, before, stuck), inner = rings, active
+    n = most.size
     for _ in range(MOST_SWEEPS):
         change, inner = 0.0, active
         for i in range(active - 1, -1, -1):
-            u, v, limit = ring[STUCK_U, i], ring[STUCK_V, i], ring[LIMIT, i]
+            u, v, limit = stuck[0, i], stuck[1, i], most[i]
             if u * u + v * v > limit * limit:
                 inner = i
-                u, v = returned(u, v, limit, ring[BEFORE_U, i], ring[BEFORE_V, i])
-            by_u, by_v = u - ring[FORCE_U, i], v - ring[FORCE_V, i]
+                u, v = returned(u, v, limit, before[0, i], before[1, i])
+            by_u, by_v = u - force[0, i], v - force[1, i]
             by = sqrt(by_u * by_u + by_v * by_v)
             if by > 0.03 * tolerance:
                 change += by
-                ring[FORCE_U, i], ring[FORCE_V, i] = u, v
+                force[0, i], force[1, i] = u, v
                 for j in range(n):
-                    ring[STUCK_U, j] -= law.follow[i, j] * by_u
-                    ring[STUCK_V, j] -= law.follow[i, j] * by_v
+                    stuck[0, j] -= law.follow[i, j] * by_u
+                    stuck[1, j] -= law.follow[i, j] * by_v
         if change <= tolerance:
             break
     return inner
 
 
 @jit_of_sums
-def set_springs(law, memory, node, ring, inner):
+def set_springs(law, memory, springs, rings, inner):
     """Set the tractions of springs from ring `inner` outwards by the rings' forces; return the dissipation times G*."""
-    n, dissipated = ring.shape[1], 0.0
+    (_, free, new), force, n, dissipated = springs, rings.force, memory.shape[1], 0.0
     for i in range(inner, n):
         u, v = 0.0, 0.0
         for j in range(n):
-            u += law.line[i, j] * ring[FORCE_U, j]
-            v += law.line[i, j] * ring[FORCE_V, j]
-        node[NEW_U, i], node[NEW_V, i] = u, v
-        dissipated += law.w[i] * (
-            (memory[0, i] + u) * (node[FREE_U, i] - u) + (memory[1, i] + v) * (node[FREE_V, i] - v)
-        )
+            u += law.line[i, j] * force[0, j]
+            v += law.line[i, j] * force[1, j]
+        new[0, i], new[1, i] = u, v
+        dissipated += law.w[i] * ((memory[0, i] + u) * (free[0, i] - u) + (memory[1, i] + v) * (free[1, i] - v))
     for i in range(inner):
-        node[NEW_U, i], node[NEW_V, i] = node[FREE_U, i], node[FREE_V, i]
+        new[0, i], new[1, i] = free[0, i], free[1, i]
     return dissipated
 
 
 @jit_of_sums
-def pull_back(law, memory, node, dissipated, turned):
+def pull_back(law, memory, springs, dissipated, turned):
     """Move tractions whose dissipation is negative towards the reversed ones of the start (turned = 1) or zero (0).
 
     Zero: the load falls, in a step without displacement.
     """
-    n, both = memory.shape[1], 1e-300
-    for i in range(n):
-        u, v = node[NEW_U, i] + turned * memory[0, i], node[NEW_V, i] + turned * memory[1, i]
+    new, both = springs.new, 1e-300
+    for i in range(memory.shape[1]):
+        u, v = new[0, i] + turned * memory[0, i], new[1, i] + turned * memory[1, i]
         both += law.w[i] * (u * u + v * v)
     share = max(1.0 + dissipated / both, 0.0)
     share = share if turned > 0.0 else sqrt(share)
-    for i in range(n):
-        u, v = turned * memory[0, i], turned * memory[1, i]
-        node[NEW_U, i], node[NEW_V, i] = share * (node[NEW_U, i] + u) - u, share * (node[NEW_V, i] + v) - v
+    for side in range(2):
+        for i in range(memory.shape[1]):
+            was = turned * memory[side, i]
+            new[side, i] = share * (new[side, i] + was) - was
 
 
 @dataclass(frozen=True)
@@ -250,7 +272,7 @@ class MicroslipTurning(Microslip):
         if self.shear_loss:
             raise ValueError("shear_loss = True: must be False here, slides that turn have no losses in shear")
 
-    def numbers(self) -> NDArray[Any]:
+    def numbers(self) -> Array:
         """Return positions of the nodes on [0, 1], their squares and weights, and the maps between line and surface."""
         x, w = cells(self.memory)
         # The maps first: numba takes a record that begins as another one for its subtype, and warns of that.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from contactlaw.laws.single_spring import SingleSpring, spring_force
+from contactlaw.laws.single_spring import SingleSpring
 
 
 @dataclass(frozen=True)
@@ -14,8 +14,3 @@ class Mindlin(SingleSpring):
     name = "mindlin"
     source = "full-stick stiffness of Mindlin, J. Appl. Mech. 16 (1949) 259, with a Coulomb cap on the total"
     rung = 2
-
-    @staticmethod
-    def force(contact, law, memory, du, dv, dt):
-        """One spring with one Coulomb limit."""
-        return spring_force(contact, memory, False, False, du, dv)

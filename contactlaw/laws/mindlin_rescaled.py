@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from contactlaw.laws.single_spring import SingleSpring, spring_force
+from contactlaw.laws.single_spring import SingleSpring
 
 
 @dataclass(frozen=True)
@@ -15,8 +15,3 @@ class MindlinRescaled(SingleSpring):
     source = "Mindlin's spring rescaled on unloading: Thornton, Cummins & Cleary, Powder Technol. 233 (2013) 30"
     rung = 3
     rescaled = True
-
-    @staticmethod
-    def force(contact, law, memory, du, dv, dt):
-        """One spring with one Coulomb limit."""
-        return spring_force(contact, memory, False, True, du, dv)

@@ -18,15 +18,15 @@ import numpy as np
 from contactlaw.jit import jit, plain
 from contactlaw.laws.base import Array
 from contactlaw.laws.oscillator import end_phase, phase_of_velocity, phase_point
+from contactlaw.laws.record import record
 
 SQRT_5_4 = sqrt(1.25)
 SCALED_DEEPEST = 1.25**0.4  # greatest overlap without damping
 TIME_PER_PHASE = 0.8 * SCALED_DEEPEST  # dt = TIME_PER_PHASE y^(-1/5) dtheta
 
-# Rows of the tangential history of an impact, shape (TRACK, steps + 1): force [N], elastic energy [J], work done by the
-# force so far [J], sliding speed [m/s].
-PULL, STORED, DONE, SLIDING_SPEED = range(4)
-TRACK = 4
+TRACK = np.dtype((np.record, record("force", "stored", "work", "speed")))
+"""An instant of an impact: tangential force [N], elastic energy [J], work of the force so far [J], sliding speed [m/s].
+"""
 
 
 @jit

@@ -22,7 +22,7 @@ then follows the same curve in the other direction. A step starts on the curve a
 friction dissipates energy in any step. For a twist to and fro M is right to 6e-3.
 
 Sliding and spinning together, with slip everywhere; the velocity v of the centre of the contact is s times omega a
-(q^2 = s^2 - 1; `tests.test_torsion` has the quadrature):
+(q^2 = s^2 - 1; `tests.reference.test_closed_forms` has the quadrature):
 
     s <= 1: F/(mu P) = 3 pi/32 (4 s - s^3)          M/(mu P a) = 3 pi/128 (8 - 8 s^2 + 3 s^4)
     s >= 1: F/(mu P) = 3/16 [(4 s - s^3) asin(1/s) + (s^2 + 2) q/s]

@@ -40,7 +40,8 @@ HEAD = record(
     recent="u8", newest="i8",  # address of the states of the last calls of compute, and which is the newest
     left="u8",  # of the state at the end of the last step: time, coordinates, velocities; then qacc if all slept
     given="u8",  # address of the generalised force (nv,) that compute gave last
-    ranges="u8", range_count="i8", watched="u8",  # ranges and copies of the numbers that are compared, see `edits`
+    # ranges of the numbers that are compared, how many, and how many of these are of heights; copies: see `edits`
+    ranges="u8", range_count="i8", height_ranges="i8", watched="u8",
     # sensors: address of `sense`, 0: none; whether it is running; whether for means; room; for each shape the centre
     # of mass of its body in the frame of its geom
     sense="u8", sensing="i8", averages="i8", loads="u8", body_count="i8", sensors="u8", sensor_count="i8", centres="u8",

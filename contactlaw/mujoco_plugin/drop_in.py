@@ -142,7 +142,7 @@ def save_model(
 
 def instances_of(model: mujoco.MjModel) -> list[str]:
     """Return the names of the contacts in a compiled model, for `contacts_of` and `ledger_of`."""
-    view = layout.ModelView(model._address)
+    view = layout.view_of(model)
     return [view.name("plugin", number) for number in contact_instances(view)]
 
 
@@ -221,6 +221,8 @@ def _spec_of(model: Source, assets: Mapping[str, bytes] | None) -> mujoco.MjSpec
         model = model.decode()
     if not isinstance(model, str | os.PathLike):
         raise ValueError(f"model = {model!r}: must be the path of an MJCF or URDF file, or MJCF as text")
+    if assets is not None and not (isinstance(assets, Mapping) and all(isinstance(name, str) for name in assets)):
+        raise ValueError(f"assets = {assets!r}: must be a dictionary of files by name")
     files = dict(assets or {})
     parts = {name: text for name, text in files.items() if name.endswith(".xml")}
     others = {name: data for name, data in files.items() if name not in parts}

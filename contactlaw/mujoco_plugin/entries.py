@@ -109,7 +109,7 @@ def _of_materials(
         owner |= dict.fromkeys(_geoms(spec, what, f"contacts[{what!r}]"), own)
     alike = groups(owner, owner.__getitem__)
     for one, two in combinations_with_replacement(alike, 2):
-        mu = friction(one, two) if callable(friction) else friction or 0.0
+        mu = friction(one, two) if callable(friction) else 0.0 if friction is None else friction
         e = restitution(one, two) if callable(restitution) else restitution
         own = {"as_native": True, "geom_friction": friction is None}
         yield alike[one], alike[two], ContactPair(one, two, mu, e), own
@@ -117,7 +117,9 @@ def _of_materials(
 
 def is_every(what: Any) -> bool:
     """Return whether a selection of geoms is "*" alone."""
-    return what == EVERY or (isinstance(what, list | tuple) and len(what) == 1 and what[0] == EVERY)
+    if isinstance(what, list | tuple) and len(what) == 1:
+        what = what[0]
+    return isinstance(what, str) and what == EVERY
 
 
 def colliding(spec: mujoco.MjSpec) -> list[Any]:

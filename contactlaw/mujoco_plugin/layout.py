@@ -13,6 +13,7 @@ import numpy as np
 from mujoco.introspect import ast_nodes, structs
 from numpy.typing import NDArray
 
+from contactlaw import checks
 from contactlaw.jit import jit_for
 from contactlaw.memory import element
 
@@ -164,6 +165,18 @@ def plugin_of(name: str) -> tuple[int | None, int]:
     """Return the address of a plugin's struct in MuJoCo's table, None if it is not registered, and its slot."""
     slot = ctypes.c_int(-1)
     return LIBRARY.mjp_getPlugin(name.encode(), ctypes.byref(slot)), slot.value
+
+
+def view_of(model: mujoco.MjModel, data: mujoco.MjData | None = None) -> ModelView:
+    """Return the view of a model, checked; data: a state that must belong to it, if given.
+
+    Raises:
+        ValueError: They are something else, or do not belong together.
+    """
+    checks.instance("model", model, mujoco.MjModel)
+    if data is not None and (data.signature != model.signature or data.plugin_data.size != model.nplugin):
+        raise ValueError("data: is of another model")
+    return ModelView(model._address)
 
 
 def check() -> None:

@@ -28,7 +28,7 @@ from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.data.demand import STEP, supply
 from contactlaw.world.data.frames import IDENTITY, Pose
-from contactlaw.world.data.records import Arrays
+from contactlaw.world.data.records import EDGE, Arrays
 from contactlaw.world.state import size as state_size
 from contactlaw.world.trees.tree_records import TreeRecords
 
@@ -36,6 +36,7 @@ Array = NDArray[np.float64]
 # Contacts that plugin_state has room for, for each geom: those that last from one step to the next. Equal balls have
 # about three contacts a ball in the densest heap
 LASTING = {"sphere": 4, "ellipsoid": 4, "capsule": 4, "box": 8, "cylinder": 8, "mesh": 12}
+LASTING_ON_BOXES = 24  # of a box on another: four corners of each, and at each corner four pairs of edges that cross
 
 
 class Model:
@@ -93,7 +94,14 @@ class Model:
     @property
     def _world_size(self) -> int:
         a = self.arrays
-        room = min(a.contacts.size, sum(LASTING.get(shape.type, 0) for shape in self._geom_shapes.values()))
+        edged = set(self._world.owners[a.shapes["kind"] == EDGE].tolist())  # they may meet others that have edges
+        each = [
+            LASTING_ON_BOXES
+            if shape.type == "box" and not edged.isdisjoint(self._shapes[geom])
+            else LASTING.get(shape.type, 0)
+            for geom, shape in self._geom_shapes.items()
+        ]
+        room = min(a.contacts.size, sum(each))
         return state_size(max(room, 1), a.memory.shape[1], a.bodies.size, a.pairs.size)
 
     def check(self) -> None:
@@ -124,9 +132,9 @@ class Model:
             "frees": with_rows(np.zeros(0, FREE), self._frees), "free_count": len(self._frees),
             "mocaps": with_rows(np.zeros(0, MOCAP), self._mocaps), "mocap_count": len(self._mocaps),
             "trees": with_rows(np.zeros(0, JOINTED), self._trees), "tree_count": len(self._trees),
-            "geoms": np.array(geoms, np.int64),
-            "reported": np.zeros(len(self._contacts), np.int64),
-            "ranges": watch, "range_count": len(watch), "watched": values, "sense": sensors.address() if senses else 0,
+            "geoms": np.array(geoms, np.int64), "reported": np.zeros(len(self._contacts), np.int64),
+            "ranges": watch, "range_count": len(watch), "watched": values,
+            "height_ranges": int(m.nhfielddata > 0), "sense": sensors.address() if senses else 0,
             "sensors": with_rows(np.zeros(0, SENSOR), listed), "sensor_count": len(listed),
             "centres": np.array([self._pose_of(geom).inverse().place for geom in geoms]),
             "loads": np.zeros(12 * m.nbody + 2 * nv + 6),

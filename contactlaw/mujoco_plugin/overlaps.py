@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from contactlaw import checks
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.instances import contact_instances
 from contactlaw.mujoco_plugin.readout import View, view_of
@@ -27,7 +28,7 @@ def overlaps_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Overlap]:
     An environment that draws initial positions until `data.ncon` is zero does not see these contacts. After `data.qpos`
     has been set, call mj_kinematics (or mj_forward) first.
     """
-    if not contact_instances(layout.ModelView(model._address)):
+    if not contact_instances(layout.view_of(model, checks.instance("data", data, mujoco.MjData))):
         return []
     pairs = _near_pairs(model, data, view_of(model, data))
     depths = [(one, two, -mujoco.mj_geomDistance(model, data, one, two, 0.0, None)) for one, two in pairs]
@@ -48,6 +49,8 @@ def relax(model: mujoco.MjModel, data: mujoco.MjData, *, deepest: float = 1e-6) 
     Returns:
         The deepest remaining overlap [m].
     """
+    layout.view_of(model, checks.instance("data", data, mujoco.MjData))
+    checks.positive("deepest", deepest)
     for _ in range(ROUNDS):
         mujoco.mj_fwdPosition(model, data)
         left = [overlap for overlap in overlaps_of(model, data) if overlap[2] > deepest]
@@ -104,7 +107,7 @@ def exclude_joined(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
 
 def _deep_overlaps(model: mujoco.MjModel) -> dict[tuple[int, int], str]:
     """Return geoms of the law that lie in each other too deep in the initial position, and the text for a message."""
-    data, view = mujoco.MjData(model), layout.ModelView(model._address)
+    data, view = mujoco.MjData(model), layout.view_of(model)
     mujoco.mj_kinematics(model, data)
     return {
         (one, two): f"{view.label('geom', one)} and {view.label('geom', two)} by {1e3 * depth:.3g} mm"

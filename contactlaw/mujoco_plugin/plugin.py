@@ -107,7 +107,9 @@ def _rebuild_block(model: int, data: int) -> str:
         return str(error)
     new = record_at(made, HEAD, 1)[0]
     before, now = (record_at(int(head["world"]), WORLD, 1) for head in (old, new))
-    now["edited"] = max(before["edited"][0], RESIZED if changed["geom_size"] else EDITED)
+    now["edited"] = max(
+        before["edited"][0], RESIZED if any(changed[name] for name in ("geom_size", *edits.OF_FIELDS)) else EDITED
+    )
     View(new).pairs["friction"] = View(old).pairs["friction"]  # `set_friction` may have changed it
     new["newest"] = old["newest"]  # with what is known of the step under way
     nv, states = int(old["nv"]), STARTS * (1 + int(old["nq"]) + int(old["nv"]))

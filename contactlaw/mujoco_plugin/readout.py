@@ -76,7 +76,7 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> list[C
         ValueError: The model has no such contact.
     """
     world = view_of(model, data, name)
-    view = layout.ModelView(model._address)
+    view = layout.view_of(model)
     sets = ContactInstance(view, contact_instances(view)[world.number]).sets
     dt = float(model.opt.timestep)
     out = []
@@ -122,8 +122,9 @@ def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     tree (`data.subtree_com[model.body_rootid]`); zero for the world. Observations that use `cfrc_ext`, which has the
     engine's own contacts and applied forces, need the sum of both.
     """
+    known = contact_instances(layout.view_of(model, checks.instance("data", data, mujoco.MjData)))
     out = np.zeros((model.nbody, 6))
-    if not contact_instances(layout.ModelView(model._address)):
+    if not known:
         return out
     world = view_of(model, data)
     rows = world.contacts[world.contacts["phase"] != FREE]
@@ -169,9 +170,7 @@ def view_of(model: mujoco.MjModel, data: mujoco.MjData, name: Any = FIRST) -> Vi
     Raises:
         ValueError: The model has no such contact, or the data belongs to another model.
     """
-    if data.signature != model.signature or data.plugin_data.size != model.nplugin:
-        raise ValueError("data: is of another model")
-    known = contact_instances(layout.ModelView(model._address))
+    known = contact_instances(layout.view_of(model, checks.instance("data", data, mujoco.MjData)))
     number = known[0] if name is FIRST and known else -1
     if isinstance(name, str):  # mj_name2id ends the process if it is None
         number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_PLUGIN, name)

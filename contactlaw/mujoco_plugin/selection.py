@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import count
 from typing import Any
 
 import mujoco
-import numpy as np
 
 from contactlaw import checks
 from contactlaw.mujoco_plugin.shapes import type_of
@@ -38,7 +38,7 @@ def geoms_of(spec: mujoco.MjSpec, *what: Selector | Sequence[Selector], argument
     Raises:
         ValueError: A selector means nothing; the message offers the nearest names.
     """
-    every = list(spec.geoms) if known is None else known
+    every = list(checks.instance("spec", spec, mujoco.MjSpec).geoms) if known is None else known
     named, ids = {geom.name: geom for geom in every if geom.name}, {geom.id: geom for geom in every}
     there, found = set(every), dict[Any, None]()
     for item in checks.flat(what, mujoco.MjsGeom):
@@ -108,12 +108,16 @@ def _by_text(spec: mujoco.MjSpec, named: dict[str, Any], count: int, text: str) 
 def _by_id(ids: dict[int, Any], value: Any) -> Any:
     if isinstance(value, mujoco.MjsGeom):
         raise ValueError("must be a geom of this model")
-    if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 0 or value not in ids:
+    try:
+        number = -1 if isinstance(value, bool) else operator.index(value)
+    except TypeError:
+        number = -1
+    if number < 0 or number not in ids:
         raise ValueError(
             "must be a geom's name, a pattern for names, 'body:NAME', or the id of a geom "
             f"(0 to {max(ids, default=-1)}) of the compiled model"
         )
-    return ids[int(value)]
+    return ids[number]
 
 
 def _offer(text: str, names: Iterable[str]) -> str:

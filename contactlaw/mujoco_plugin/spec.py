@@ -16,6 +16,7 @@ from typing import Any
 
 import mujoco
 
+from contactlaw import checks
 from contactlaw.mujoco_plugin import config
 from contactlaw.mujoco_plugin.selection import Selector, geoms_of, give_names
 from contactlaw.mujoco_plugin.shapes import Bits, check_served, native_margin, shape_of, touch
@@ -73,8 +74,7 @@ def add_contact(
     """
     if not isinstance(spec, mujoco.MjSpec):
         raise ValueError(f"spec = {spec!r}: must be a mujoco.MjSpec; contacts are added before the model is compiled")
-    if not isinstance(pair, ContactPair):
-        raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")
+    checks.instance("pair", pair, ContactPair)
     known = list(spec.geoms)  # once: MuJoCo's time for it grows with the square of their number
     ones, twos = (geoms_of(spec, one, argument=name, known=known) for name, one in (("geom1", geom1), ("geom2", geom2)))
     contact = config.Contact(ones, twos, pair, substeps, rounding, overlaps=overlaps, others=others)

@@ -18,7 +18,7 @@ from contactlaw.pair import ContactPair, ContactWarning
 from contactlaw.pybullet_callback.contact import Contact, ContactState, sets_of
 from contactlaw.pybullet_callback.rows import LISTED, NOTED
 from contactlaw.pybullet_callback.scene import Saved, Scene
-from contactlaw.pybullet_callback.shapes import engine_parameters, read_sides
+from contactlaw.pybullet_callback.shapes import client_of, engine_parameters, read_sides
 from contactlaw.pybullet_callback.stepping import STEP_BULLET, stepped_by, stepping
 from contactlaw.pybullet_callback.tags import Tags
 from contactlaw.world.contacts.ledger import Ledger
@@ -77,11 +77,9 @@ class ContactCallback:
     """
 
     def __init__(self, client: int = 0, *, fixed_bodies_move: bool = True) -> None:
-        if isinstance(client, bool) or not isinstance(client, int | np.integer) or not p.isConnected(int(client)):
-            raise ValueError(f"client = {client!r}: must be the id of a connected physics client")
         if INTERPRETED:
             raise RuntimeError("the callback needs compiled code, and NUMBA_DISABLE_JIT is set: unset it")
-        self._client, self._moves = int(client), checks.truth("fixed_bodies_move", fixed_bodies_move)
+        self._client, self._moves = client_of(client), checks.truth("fixed_bodies_move", fixed_bodies_move)
         self._contacts: dict[int, Contact] = {}
         self._handles = count()
         self._tags = Tags(self._client)
@@ -121,8 +119,7 @@ class ContactCallback:
             ValueError: Unknown ids, the same body twice, a pair that this or another callback has already, shapes that
                 touch in more than one point, no radius, substeps.
         """
-        if not isinstance(pair, ContactPair):
-            raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")
+        checks.instance("pair", pair, ContactPair)
         a = read_sides(self._client, "a", body_a, link_a)
         b = read_sides(self._client, "b", body_b, link_b)
         radius = None if rounding is None else checks.positive("rounding", rounding)
@@ -271,9 +268,9 @@ class ContactCallback:
                     warnings.warn(f"{two}: {text}", ContactWarning, stacklevel=3)
 
     def _contact(self, handle: Any) -> Contact:
-        if handle not in self._contacts:
+        if not isinstance(handle, int | np.integer) or handle not in self._contacts:
             raise ValueError(f"handle = {handle!r}: must be one of {list(self._contacts)}")
-        return self._contacts[handle]
+        return self._contacts[int(handle)]
 
 
 _ALL: WeakSet[ContactCallback] = WeakSet()

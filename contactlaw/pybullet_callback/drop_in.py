@@ -21,12 +21,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import pybullet as p
 
 from contactlaw import checks
 from contactlaw.pair import ContactPair
 from contactlaw.pybullet_callback.callback import ContactCallback
-from contactlaw.pybullet_callback.shapes import BASE, LINK_NAME, Key, bodies_of, identity
+from contactlaw.pybullet_callback.shapes import BASE, LINK_NAME, Key, bodies_of, client_of, identity
 
 Names = str | Sequence[str]
 Other = int | Names | Sequence[int] | Sequence[Key]
@@ -73,8 +74,9 @@ def load_urdf(
     Raises:
         ValueError: The file cannot be loaded, or the law cannot serve a contact; the body is removed then.
     """
-    if not isinstance(callback, ContactCallback):
-        raise ValueError(f"callback = {callback!r}: must be a ContactCallback")
+    checks.instance("callback", callback, ContactCallback)
+    checks.instance("path", path, str, os.PathLike)
+    checks.instance("settings", {} if settings is None else settings, Mapping)
     if isinstance(contacts, str | bytes) or not isinstance(contacts, Sequence) or not contacts:
         raise ValueError(f"contacts = {contacts!r}: must be a sequence of (links, other, pair), not empty")
     checks.truth("undamped", undamped)
@@ -126,9 +128,12 @@ def links_of(body: int | Iterable[int], *names: Names, client: int = 0, argument
     Raises:
         ValueError: No such body, no such link (the message offers the nearest names), or one without a collision shape.
     """
-    bodies = list(body) if isinstance(body, Iterable) else [body]
-    numbers = [identity("body", one, bodies_of(client), "the bodies of this client") for one in bodies]
-    links = [both for number in numbers for both in _names(number, client)]
+    client = client_of(client)
+    given = body if np.iterable(body) and not isinstance(body, str | bytes) else [body]
+    bodies = [identity("body", one, bodies_of(client), "the bodies of this client") for one in given]
+    if not bodies:
+        raise ValueError(f"body = {body!r}: holds no bodies; must hold one or more")
+    links = [both for one in bodies for both in _names(one, client)]
     solid = {key for key, _ in links if p.getCollisionShapeData(*key, client)}
     found: dict[Key, None] = {}
     for text in checks.flat(names) or ["*"]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -11,6 +10,7 @@ import numpy as np
 import pybullet as p
 from numpy.typing import NDArray
 
+from contactlaw import checks
 from contactlaw.pair import ContactPair
 from contactlaw.world import World
 from contactlaw.world.data.frames import IDENTITY, ORIGIN, Pose, quaternion_of, turn_to
@@ -145,7 +145,7 @@ def bodies_of(client: int) -> list[int]:
 
 
 def _holds(value: Any) -> bool:
-    return isinstance(value, Iterable) and not isinstance(value, str | bytes)
+    return np.iterable(value) and not isinstance(value, str | bytes)
 
 
 def read_side(client: int, which: str, body: Any, link: Any, there: list[int]) -> Side:
@@ -191,8 +191,15 @@ def _piece(key: Key, client: int, kind: str, size: Any, _: Any, position: Any, t
     return Piece(kind, (), IDENTITY, np.array(points)) if count > 0 else None
 
 
-def identity(name: str, value: Any, allowed: Sequence[int], what: str) -> int:
-    """Return value as an int if it is among the allowed ones; what: these, for the message."""
+def client_of(client: Any) -> int:
+    """Return the id of a connected physics client, checked."""
+    if not p.isConnected(checks.count("client", client, 0, 2**31 - 1)):  # PyBullet takes a C int
+        raise ValueError(f"client = {client!r}: must be the id of a connected physics client")
+    return int(client)
+
+
+def identity(name: str, value: Any, allowed: Any, what: str) -> int:
+    """Return one of PyBullet's ids, checked to be an allowed one; what: these are, for the message."""
     try:
         number = operator.index(value)
     except TypeError:

@@ -33,8 +33,11 @@ class Building(Shapes):
         if INTERPRETED:
             raise RuntimeError("a world is moved by compiled code alone, and NUMBA_DISABLE_JIT is set: unset it")
         super().__init__()
-        pull = [0.0, 0.0, -checks.not_negative("gravity", gravity)] if np.ndim(gravity) == 0 else gravity
-        self.gravity = checks.vector("gravity", pull)
+        pull = checks.finite_array("gravity", gravity)
+        downward = np.array([0.0, 0.0, -1.0])
+        self.gravity = (
+            checks.not_negative("gravity", gravity) * downward if pull.ndim == 0 else checks.vector("gravity", pull)
+        )
         self.timestep = checks.positive("timestep", timestep)
         self._arrays = empty()
         state = self._arrays.world
@@ -149,14 +152,13 @@ class Building(Shapes):
             shapes1, shapes2: Numbers of shapes. Shapes of one body never touch, nor do two planes.
             pair: Materials, friction, restitution and law; its radius, if given, holds for all contacts.
         """
-        if not isinstance(pair, ContactPair):
-            raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")
+        checks.instance("pair", pair, ContactPair)
         self.add_rule(shapes1, shapes2, self._arrays.pairs.size)
         self._arrays = with_pair(self._arrays, pair.radius or 0.0, pair.parameters(radius=1.0), pair.memory_size)
 
     def add_rule(self, shapes1: int | Iterable[int], shapes2: int | Iterable[int], pair: int = -1) -> None:
         """Add a rule as `add_contact`, with the pair of an earlier `add_contact`, by number; -1: they do not touch."""
-        sets = [[named] if isinstance(named, int | np.integer) else list(named) for named in (shapes1, shapes2)]
+        sets = [list(named) if np.iterable(named) else [named] for named in (shapes1, shapes2)]
         for name, numbers in zip(("shapes1", "shapes2"), sets, strict=True):
             if not numbers:
                 raise ValueError(f"{name}: is empty; name at least one shape")

@@ -1,24 +1,44 @@
-"""Scenes that the tests of the MuJoCo plugin share."""
+"""MuJoCo, and scenes that the tests of its plugin share; a test that imports them is skipped where MuJoCo is not."""
 
-import mujoco
 import numpy as np
+import pytest
 
-from contactlaw import MATERIALS, ContactPair, rebound
-from contactlaw.mujoco_plugin import add_contact
+from contactlaw import ContactPair, rebound
+from contactlaw.jit import INTERPRETED
 
-STEEL = MATERIALS["steel"]
+mujoco = pytest.importorskip("mujoco")
+if INTERPRETED:
+    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
 
+from contactlaw.mujoco_plugin import add_contact  # noqa: E402
 
-RADIUS = 0.0254
-
-
-DENSITY = 7833.0
-
-
+RADIUS, DENSITY = 0.0254, 7833.0
 MASS = 4.0 / 3.0 * np.pi * RADIUS**3 * DENSITY
-
-
 GEOM = mujoco.mjtGeom
+
+
+BALL = """<mujoco><option timestep=".002"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+<body name="b" pos="0 0 .025"><freejoint/><geom name="ball" size=".025" density="7833"/></body></worldbody></mujoco>"""
+"""A ball at rest."""
+
+
+FEET = "".join(f'<geom name="foot{i}" size=".02" pos="{x} {y} -.05"/>' for i, (x, y) in enumerate(
+    [(-0.1, -0.1), (-0.1, 0.1), (0.1, -0.1), (0.1, 0.1)]))  # fmt: skip
+SLED = f"""<mujoco><option timestep=".002"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+<body name="sled" pos="0 0 .07"><freejoint/><inertial pos="0 0 0" mass="2" diaginertia=".02 .02 .02"/>{FEET}</body>
+</worldbody></mujoco>"""
+"""A body on four balls."""
+
+
+def with_data(model):
+    return model, mujoco.MjData(model)
+
+
+def free_ball(spec, place, name="ball", radius=RADIUS):
+    """A steel ball; the name is that of its geom."""
+    body = spec.worldbody.add_body(name=f"body of {name}", pos=place)
+    body.add_freejoint()
+    return body.add_geom(name=name, size=[radius, 0, 0], density=DENSITY)
 
 
 def ball_on_floor(pair, timestep=1e-6, floor="plane", gravity=0.0, **settings):
@@ -29,14 +49,12 @@ def ball_on_floor(pair, timestep=1e-6, floor="plane", gravity=0.0, **settings):
         spec.worldbody.add_geom(name="floor", type=GEOM.mjGEOM_PLANE, size=[1, 1, 0.1])
     else:
         spec.worldbody.add_geom(name="floor", type=GEOM.mjGEOM_BOX, size=[1, 1, 0.1], pos=[0, 0, -0.1])
-    body = spec.worldbody.add_body(name="body", pos=[0, 0, RADIUS])
-    body.add_freejoint()
-    body.add_geom(name="ball", size=[RADIUS, 0, 0], density=DENSITY)
+    free_ball(spec, [0, 0, RADIUS])
     return spec, add_contact(spec, "ball", "floor", pair, **settings)
 
 
 def steel_pair(**changes):
-    return ContactPair(STEEL, STEEL, **{"friction": 0.115, "restitution": 0.93, **changes})
+    return ContactPair("steel", "steel", **{"friction": 0.115, "restitution": 0.93, **changes})
 
 
 def duration(pair, speed=1.0):
@@ -47,8 +65,7 @@ def impact_error(pair, psi_1, steps_a_contact, heading=0.3, phase=0.5, floor="pl
     """psi_2 in the engine less the law's own."""
     step = duration(pair) / steps_a_contact
     spec, _ = ball_on_floor(pair, step, floor)
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     along = np.array([np.cos(heading), np.sin(heading), 0.0])
     scale = pair.kappa / pair.friction
     data.qpos[2] += phase * step

@@ -1,4 +1,4 @@
-"""Scenes that the tests of the PyBullet callback share."""
+"""PyBullet, and scenes that the tests of its callback share; a test that imports them is skipped where it is not."""
 
 from __future__ import annotations
 
@@ -6,22 +6,19 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import pybullet as p
+import pytest
 from numpy.typing import ArrayLike
 
 from contactlaw import MATERIALS, ContactPair, rebound
-from contactlaw.pybullet_callback import ContactCallback
+
+p = pytest.importorskip("pybullet")
+
+from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
 
 RADIUS = 0.0254
-
-
 UP = np.array([0.0, 0.0, 1.0])
-
-
 FREE = {"linearDamping": 0.0, "angularDamping": 0.0, "maxJointVelocity": 1e6, "jointDamping": 0.0}
 # Material, friction, restitution, approach speed [m/s]: such that the overlap stays below a hundredth of the radius.
-
-
 CASES = {"steel": (0.115, 0.93, 1.0), "rubber": (2.4, 0.86, 0.05)}
 
 
@@ -79,6 +76,18 @@ def pair_of(material: str = "steel", **changes: Any) -> ContactPair:
     return ContactPair(m, m, **settings)
 
 
+def in_contact(
+    client: int, a: Any, b: Any, pair: ContactPair, *, dt: float | None = None, gravity: float = 0.0, **settings: Any
+) -> tuple[ContactCallback, int]:
+    """A callback with one contact, and its handle; sets step and gravity where they are given."""
+    if dt is not None:
+        p.setTimeStep(dt, client)
+    if gravity:
+        p.setGravity(0, 0, -gravity, client)
+    callback = ContactCallback(client)
+    return callback, callback.add_contact(a, b, pair, **settings)
+
+
 def impact(
     client: int, material: str, psi_1: float, steps: float, *,
     launch: str = "oblique", angle: float = 0.0, phase: float = 0.0, gyration2: float = 0.4,
@@ -132,19 +141,11 @@ def paddle(client: int, base_mass: float = 0.0) -> int:
 
 
 def ball_on_plane(
-    client: int,
-    dt: float,
-    place: ArrayLike,
-    velocity: ArrayLike = (0, 0, 0),
-    spin: ArrayLike = (0, 0, 0),
-    **changes: Any,
+    client: int, dt: float, place: ArrayLike, velocity: ArrayLike = (0, 0, 0), **changes: Any
 ) -> tuple[int, ContactCallback, int]:
     """A steel ball over a plane under gravity: body, callback, handle."""
     floor, body = plane(client), ball(client, place, velocity)
-    p.setGravity(0, 0, -9.81, client)
-    p.setTimeStep(dt, client)
-    callback = ContactCallback(client)
-    return body, callback, callback.add_contact(body, floor, pair_of(**changes))
+    return body, *in_contact(client, body, floor, pair_of(**changes), dt=dt, gravity=9.81)
 
 
 def totals(client: int, bodies: dict[int, tuple[float, float]]) -> tuple[np.ndarray, np.ndarray, float]:

@@ -2,18 +2,14 @@
 
 import warnings
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import mujoco
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from contactlaw import MATERIALS, ContactPair  # noqa: E402
-from contactlaw.laws.hertz import hertz_stiffness  # noqa: E402
-from contactlaw.laws.record import pair_of as numbers_of  # noqa: E402
-from contactlaw.mujoco_plugin import contacts_of, instances_of, load_model  # noqa: E402
+from contactlaw import MATERIALS, ContactPair
+from contactlaw.laws.hertz import hertz_stiffness
+from contactlaw.laws.record import pair_of as numbers_of
+from contactlaw.mujoco_plugin import contacts_of, instances_of, load_model
 
 RADIUS, DENSITY = 0.025, 7833.0
 GAPS = [2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2]

@@ -1,16 +1,12 @@
 """How the census judges energy, and what becomes unstable."""
 
-import numba
 import pytest
+from mujoco_scenes import mujoco, with_data
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from contactlaw import ContactPair  # noqa: E402
-from contactlaw.mujoco_plugin import load_model  # noqa: E402
-from validation.cases.models import CHANCE, by_chance  # noqa: E402
-from validation.census import fallen, often  # noqa: E402
+from contactlaw import ContactPair
+from contactlaw.mujoco_plugin import load_model
+from validation.cases.models import CHANCE, by_chance
+from validation.census import fallen, often
 
 
 def test_what_overlaps_store_at_the_start_is_no_gain():
@@ -31,11 +27,9 @@ def test_what_passed_joint_limits_store_at_the_start_is_no_gain():
     scene = """<mujoco><option timestep="1e-4" gravity="0 0 0"/><compiler angle="radian"/><worldbody><body>
         <joint axis="0 1 0" limited="true" range=".5 2"/><geom type="capsule" fromto="0 0 0 .2 0 0" size=".01"/>
         </body></worldbody></mujoco>"""
-    model = mujoco.MjModel.from_xml_string(scene)
-    data = mujoco.MjData(model)
+    model, data = with_data(mujoco.MjModel.from_xml_string(scene))
     mujoco.mj_forward(model, data)
-    for _ in range(1000):
-        mujoco.mj_step(model, data)
+    mujoco.mj_step(model, data, 1000)
     assert data.qvel[0] > 1.0
     assert -1.0 < fallen(mujoco, model, 10.0)["gain"] < 0.0
 

@@ -2,18 +2,12 @@
 
 import warnings
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import bounce_of, mujoco, steel_pair, with_data
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from mujoco_scenes import bounce_of, steel_pair  # noqa: E402
-
-from contactlaw import MATERIALS, ContactPair, ContactWarning  # noqa: E402
-from contactlaw.mujoco_plugin import (  # noqa: E402
+from contactlaw import MATERIALS, ContactPair, ContactWarning
+from contactlaw.mujoco_plugin import (
     contacts_of,
     geoms_of,
     instances_of,
@@ -225,8 +219,7 @@ def test_what_a_model_repeats_can_be_named():
 
 
 def test_overlaps_are_seen_that_the_engine_does_not_tell():
-    model = load_model(SCENE, [("body:ball", "floor", PAIR)])
-    data = mujoco.MjData(model)
+    model, data = with_data(load_model(SCENE, [("body:ball", "floor", PAIR)]))
     mujoco.mj_forward(model, data)
     assert overlaps_of(model, data) == []
     data.qpos[2] = 0.0254 - 1e-4

@@ -1,13 +1,12 @@
 """The law in URDF files that others wrote: those that come with PyBullet."""
 
 import pytest
+from pybullet_scenes import p
 
-p = pytest.importorskip("pybullet")
+from contactlaw import MATERIALS, ContactPair
+from contactlaw.pybullet_callback import ContactCallback, links_of, load_urdf
+
 pybullet_data = pytest.importorskip("pybullet_data")
-
-from contactlaw import MATERIALS, ContactPair  # noqa: E402
-from contactlaw.pybullet_callback import ContactCallback, links_of, load_urdf  # noqa: E402
-
 STEEL, RUBBER = MATERIALS["steel"], MATERIALS["rubber"]
 PAIR = ContactPair(STEEL, STEEL, friction=0.3, restitution=0.8)
 TYRE = ContactPair(RUBBER, STEEL, friction=0.8, restitution=0.5, radius=0.05)

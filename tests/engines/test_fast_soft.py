@@ -2,16 +2,12 @@
 
 from pathlib import Path
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import mujoco, with_data
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from contactlaw import ContactPair, Material  # noqa: E402
-from contactlaw.mujoco_plugin import load_model  # noqa: E402
+from contactlaw import ContactPair, Material
+from contactlaw.mujoco_plugin import load_model
 
 SOFT = ContactPair(Material(1e7, 0.45), Material(1e7, 0.45), friction=0.0, restitution=1.0)
 STEP, SPEED, STEPS = 1e-3, 10.0, 250  # [s], [m/s]: an impact lies within the first fifty
@@ -58,13 +54,11 @@ def test_cores_in_each_other_give_no_energy(kind: str, other: str, first: int, t
     met = 0
     for seed in range(first, first + 12):
         path.write_text(two_of((kind, other), seed))
-        model = load_model(path, [("*", "*", SOFT)])
-        data = mujoco.MjData(model)
+        model, data = with_data(load_model(path, [("*", "*", SOFT)]))
         data.qvel[6] = -SPEED
         mujoco.mj_forward(model, data)
         start = data.energy[1]
-        for _ in range(STEPS):
-            mujoco.mj_step(model, data)
+        mujoco.mj_step(model, data, STEPS)
         mujoco.mj_forward(model, data)
         met += abs(data.qvel[6] + SPEED) > 0.1
         assert data.energy[1] <= 1.01 * start, (kind, other, seed)

@@ -8,18 +8,14 @@ import sys
 import warnings
 from pathlib import Path
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import mujoco
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from contactlaw import ContactPair, ContactWarning  # noqa: E402
-from contactlaw.mujoco_plugin import contacts_of, load_model, save_model  # noqa: E402
-from contactlaw.mujoco_plugin.drop_in import NEEDS  # noqa: E402
-from contactlaw.world.data import demand  # noqa: E402
+from contactlaw import ContactPair, ContactWarning
+from contactlaw.mujoco_plugin import contacts_of, load_model, save_model
+from contactlaw.mujoco_plugin.drop_in import NEEDS
+from contactlaw.world.data import demand
 
 STEEL = ContactPair("steel", "steel", friction=0.115, restitution=0.9)
 CONTACTS = [("ball", "floor", STEEL)]
@@ -87,7 +83,8 @@ from tests.engines.test_faults import CONTACTS, STEEL, save_model, scene
 name = "b\\u00e4ll \\u7403"
 print(save_model(scene(name=name), {str(tmp_path / "a.xml")!r}, [(name, "floor", STEEL)]))
 """
-    plain = dict(os.environ, LC_ALL="C", PYTHONCOERCECLOCALE="0", PYTHONUTF8="0", PYTHONPATH=os.getcwd())
+    path = os.pathsep.join([os.getcwd(), str(Path(__file__).parent)])
+    plain = dict(os.environ, LC_ALL="C", PYTHONCOERCECLOCALE="0", PYTHONUTF8="0", PYTHONPATH=path)
     subprocess.run([sys.executable, "-c", code], env=plain, check=True, capture_output=True)
     assert mujoco.MjModel.from_xml_path(str(tmp_path / "a.xml")).geom("bäll 球").id == 1
 
@@ -127,7 +124,7 @@ def test_a_value_that_is_none_is_refused_and_named(key, value, said, capfd):
 
 
 def step_until_interrupted(model, data):
-    for _ in range(10_000):
+    for _ in range(10_000):  # an interrupt comes between two calls
         mujoco.mj_step(model, data)
 
 

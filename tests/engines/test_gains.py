@@ -1,15 +1,11 @@
 """Whose energy it is that jointed bodies gain: Euler's flight makes some where they turn fast, contacts make none."""
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import mujoco
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from contactlaw import MATERIALS, ContactPair  # noqa: E402
-from contactlaw.mujoco_plugin import contacts_of, instances_of, load_model  # noqa: E402
+from contactlaw import MATERIALS, ContactPair
+from contactlaw.mujoco_plugin import contacts_of, instances_of, load_model
 
 THROWN = """<mujoco><option timestep="0.0033" integrator="{}"><flag energy="enable"/></option><worldbody>
     <geom type="plane" size="5 5 .1"/><body pos="0 0 .6"><freejoint/>

@@ -1,17 +1,13 @@
 """Bodies that the user places anew in each step, in both engines: what they strike, carry and pass by."""
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import mujoco
+from pybullet_scenes import p
 
-mujoco = pytest.importorskip("mujoco")
-p = pytest.importorskip("pybullet")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from contactlaw import ContactPair  # noqa: E402
-from contactlaw.mujoco_plugin import load_model  # noqa: E402
-from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
+from contactlaw import ContactPair
+from contactlaw.mujoco_plugin import load_model
+from contactlaw.pybullet_callback import ContactCallback
 
 ELASTIC = ContactPair("steel", "steel", friction=0.1, restitution=1.0)
 SOFT = ContactPair("rubber", "steel", friction=0.5, restitution=0.5)
@@ -81,8 +77,7 @@ def test_what_a_wall_is_put_across_in_one_step_is_left_alone():
         model, data = wall_and(BALL, ELASTIC, "-.2 0 0", ".05 .5 .5", 2e-3, gravity="0 0 0")
         mujoco.mj_step(model, data, 5)
         data.mocap_pos[0, 0] = place
-        for _ in range(50):
-            mujoco.mj_step(model, data)
+        mujoco.mj_step(model, data, 50)
         assert np.abs(data.qvel).max() == 0.0
 
 

@@ -1,43 +1,27 @@
-"""What a user reads of contacts and changes while a model runs."""
+"""What a user changes while a model runs: friction, masses, sizes, places, heights."""
 
 import warnings
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import BALL, SLED, mujoco, steel_pair, with_data
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from mujoco_scenes import steel_pair  # noqa: E402
-
-from contactlaw import MATERIALS, ContactPair, ContactWarning  # noqa: E402
-from contactlaw.mujoco_plugin import (  # noqa: E402
-    contact_wrenches,
+from contactlaw import MATERIALS, ContactPair, ContactWarning
+from contactlaw.mujoco_plugin import (
     contacts_of,
     instances_of,
     load_model,
-    save_model,
     set_friction,
 )
 
-BALL = """<mujoco><option timestep=".002"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>
-<body name="b" pos="0 0 .025"><freejoint/><geom name="ball" size=".025" density="7833"/></body></worldbody></mujoco>"""
 NAME = "contactlaw:ball:floor"
-FEET = "".join(f'<geom name="foot{i}" size=".02" pos="{x} {y} -.05"/>' for i, (x, y) in enumerate(
-    [(-0.1, -0.1), (-0.1, 0.1), (0.1, -0.1), (0.1, 0.1)]))  # fmt: skip
-SLED = f"""<mujoco><option timestep=".002"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>
-<body name="sled" pos="0 0 .07"><freejoint/><inertial pos="0 0 0" mass="2" diaginertia=".02 .02 .02"/>{FEET}</body>
-</worldbody></mujoco>"""
 RUBBER = MATERIALS["rubber"]
 
 
 def sliding(friction, change=None):
     """Decelerations of a sled, before and after a change [m/s^2]."""
     pair = ContactPair(RUBBER, RUBBER, friction=friction, restitution=0.5)
-    model = load_model(SLED, [("foot*", "floor", pair)])
-    data = mujoco.MjData(model)
+    model, data = with_data(load_model(SLED, [("foot*", "floor", pair)]))
     data.qvel[0] = 2.0
     speeds = []
     for step in range(200):
@@ -57,8 +41,7 @@ def test_friction_changes_while_a_sled_slides():
 
 def test_friction_is_kept_through_resets_and_wakes_what_sleeps_on_a_slope():
     pair = ContactPair(RUBBER, RUBBER, friction=0.8, restitution=0.5)
-    model = load_model(SLED, [("foot*", "floor", pair)])
-    data = mujoco.MjData(model)
+    model, data = with_data(load_model(SLED, [("foot*", "floor", pair)]))
     model.opt.gravity[:] = 9.81 * np.array([np.sin(0.3), 0.0, -np.cos(0.3)])
     mujoco.mj_step(model, data, 1000)
     assert abs(data.qvel[0]) < 1e-6
@@ -116,8 +99,7 @@ TWO = """<mujoco><option timestep=".001" gravity="0 0 0" integrator="{}"/><world
 @pytest.mark.parametrize("steps", [0, 1, 2, 3])
 def test_a_mass_that_is_changed_in_flight_counts_in_the_next_impact(integrator, steps):
     """Three times as heavy a few steps before it strikes, a ball passes on 3/2 of its speed: collinear, elastic."""
-    model = load_model(TWO.format(integrator), [("a", "b", steel_pair(restitution=1.0))])
-    data = mujoco.MjData(model)
+    model, data = with_data(load_model(TWO.format(integrator), [("a", "b", steel_pair(restitution=1.0))]))
     mujoco.mj_step(model, data)
     data.qvel[0] = 10.0
     mujoco.mj_step(model, data, 8 - steps)
@@ -130,8 +112,7 @@ def test_a_mass_that_is_changed_in_flight_counts_in_the_next_impact(integrator, 
 
 
 def test_a_contact_goes_on_when_the_model_is_read_again():
-    model = load_model(BALL, [("ball", "floor", ContactPair(RUBBER, RUBBER, 0.8, 0.5))])
-    data = mujoco.MjData(model)
+    model, data = with_data(load_model(BALL, [("ball", "floor", ContactPair(RUBBER, RUBBER, 0.8, 0.5))]))
     mujoco.mj_step(model, data, 500)
     [before] = contacts_of(model, data, NAME)
     model.body_mass[1] *= 1.5
@@ -141,75 +122,6 @@ def test_a_contact_goes_on_when_the_model_is_read_again():
     mujoco.mj_step(model, data, 1000)
     [after] = contacts_of(model, data, NAME)
     assert after.normal_force == pytest.approx(1.5 * before.normal_force, rel=1e-3)
-
-
-def test_wrenches_are_those_that_the_engine_reads_of_its_own_contacts():
-    """A sled at rest that is pulled and twisted: what holds it is all that is applied, about its centre of mass."""
-    push = np.array([1.0, 0.5, -2.0, 0.1, 0.05, -0.02])  # force, moment
-    pair = ContactPair(RUBBER, RUBBER, friction=1.0, restitution=0.5)
-    model = load_model(SLED, [("foot*", "floor", pair)])
-    found = []
-    for m in (mujoco.MjModel.from_xml_string(SLED), model):
-        data = mujoco.MjData(m)
-        data.xfrc_applied[1] = push
-        mujoco.mj_step(m, data, 2000)
-        mujoco.mj_subtreeVel(m, data)
-        mujoco.mj_rnePostConstraint(m, data)
-        found.append(contact_wrenches(m, data) if m is model else data.cfrc_ext - [[0] * 6, [*push[3:], *push[:3]]])
-    expected = [*-push[3:], -push[0], -push[1], 2 * 9.81 - push[2]]
-    assert found[1].shape == (2, 6) and not found[1][0].any()
-    np.testing.assert_allclose(found[1][1], expected, atol=2e-3)
-    np.testing.assert_allclose(found[0][1], expected, atol=0.02)  # whose own contact creeps
-
-
-def test_slip_is_told():
-    pair = ContactPair(RUBBER, RUBBER, friction=0.5, restitution=0.5)
-    model = load_model(SLED, [("foot*", "floor", pair)])
-    name = "contactlaw:foot0..foot3(4):floor"
-    states = []
-    for push in (0.0, 0.5, 1.5):
-        data = mujoco.MjData(model)
-        data.qpos[2] -= 1e-4
-        mujoco.mj_step(model, data, 500)
-        data.xfrc_applied[1, 0] = push * 0.5 * 2 * 9.81
-        mujoco.mj_step(model, data, 100)
-        contact = contacts_of(model, data, name)[0]
-        states.append(contact.slip)
-        assert contact.point[2] == pytest.approx(0.0, abs=1e-3)
-        assert contact.contact_radius == pytest.approx(np.sqrt(0.02 * contact.overlap), rel=1e-6)
-        share = np.linalg.norm(contact.tangential_force) / (0.5 * contact.normal_force)
-        if push < 1.0:
-            expected = contact.contact_radius * (1 - share) ** (1 / 3)
-            assert contact.stick_radius == pytest.approx(expected, rel=1e-9)
-    assert states == ["stuck", "partly", "sliding"]
-
-
-def test_the_ant_of_gymnasium_has_its_observations_back(tmp_path):
-    """Standing on its feet it is lifted by its weight, by the law as by the engine."""
-    ant = pytest.importorskip("gymnasium.envs.mujoco.ant_v5")
-    pytest.importorskip("imageio")
-
-    class Ant(ant.AntEnv):
-        @property
-        def contact_forces(self):
-            own = self.data.cfrc_ext + contact_wrenches(self.model, self.data)
-            return np.clip(own, *self._contact_force_range)
-
-    lifted = []
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # what gymnasium's own files are warned of, deep overlaps of soft feet
-        file = Ant().fullpath
-        sole = ContactPair(RUBBER, MATERIALS["steel"], friction=0.8, restitution=0.5)
-        ours = save_model(file, tmp_path / "ant.xml", [("*", "*", sole)])
-        for xml in (file, str(ours)):
-            env = Ant(xml_file=xml, contact_force_range=(-1e3, 1e3), reset_noise_scale=0.0)
-            observed = env.reset(seed=1)[0]
-            for _ in range(60):
-                observed = env.step(np.zeros(8))[0]
-            assert observed.shape == (105,) and np.array_equal(observed[27:].reshape(13, 6), env.contact_forces[1:])
-            lifted.append(env.contact_forces[:, 5].sum() / (9.81 * env.model.body_subtreemass[0]))
-            env.close()
-    assert lifted == pytest.approx([1.0, 1.0], abs=0.05)
 
 
 def test_friction_of_geoms_is_what_the_model_has():
@@ -254,8 +166,7 @@ def test_each_geom_may_have_a_friction_of_its_own():
 
 def test_what_cannot_be_served_is_refused_with_a_word():
     """A foot without size; the law goes on with what the model was."""
-    model = load_model(SLED, {"*": RUBBER}, restitution=0.5)
-    data = mujoco.MjData(model)
+    model, data = with_data(load_model(SLED, {"*": RUBBER}, restitution=0.5))
     data.qvel[0] = 4.0
     mujoco.mj_step(model, data, 20)
     size = model.geom_size[2].copy()
@@ -403,8 +314,7 @@ def test_what_an_impact_of_five_metres_a_second_stores_is_taken_as_given():
 def test_contype_that_is_edited_is_told_of():
     """But not that of a geom which the law does not have."""
     other = '<geom name="other" size=".1" pos="1 0 0"/></worldbody>'
-    model = load_model(BALL.replace("</worldbody>", other), [("ball", "floor", steel_pair())])
-    data = mujoco.MjData(model)
+    model, data = with_data(load_model(BALL.replace("</worldbody>", other), [("ball", "floor", steel_pair())]))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         mujoco.mj_step(model, data, 20)
@@ -420,25 +330,17 @@ def test_contype_that_is_edited_is_told_of():
     assert data.qpos[2] == pytest.approx(0.025, abs=1e-5)
 
 
-def test_what_knows_the_contacts_of_the_engine_alone_is_told_of():
-    """Adhesion and <contact> sensors, where they are on what touches by the law."""
-    if not hasattr(mujoco.mjtSensor, "mjSENS_CONTACT"):
-        pytest.skip("this MuJoCo has no such sensor")
-    both = """<body name="c" pos="1 0 .025"><freejoint/><geom name="cube" type="box" size=".02 .02 .02"/></body>
-    </worldbody><actuator><adhesion name="grip" body="b" ctrlrange="0 1"/>
-    <adhesion name="other" body="c" ctrlrange="0 1"/></actuator><sensor>
-    <contact name="felt" geom1="ball"/><contact name="under" subtree1="b" body2="world"/><contact name="any"/>
-    <contact name="cubes" geom1="cube"/><contact name="far" subtree1="world" geom2="cube"/></sensor>"""
-    with pytest.warns(ContactWarning) as told:
-        model = load_model(BALL.replace("</worldbody>", both), [("ball", "floor", steel_pair())])
-    said = {str(one.message) for one in told}
-    assert {text.split(":")[0] for text in said} == {
-        "actuator 'grip'",
-        "sensor 'felt'",
-        "sensor 'under'",
-        "sensor 'any'",
-    }
-    assert (
-        "actuator 'grip': adhesion of body 'b' acts by the engine's own contacts, and not by those of the law" in said
-    )
-    assert model.nsensor == 5
+def test_heights_that_are_edited_count_from_the_next_reset():
+    """A ball on a flat field that is raised by 5 mm: dropped anew it rests as much higher."""
+    xml = """<mujoco><option timestep=".002"/><asset><hfield name="land" nrow="3" ncol="3" size=".2 .2 .1 .1"
+    elevation="0 0 0 0 0 0 0 0 1"/></asset><worldbody><geom name="land" type="hfield" hfield="land"/>
+    <body pos="0 0 .12"><freejoint/><geom name="ball" size=".02"/></body></worldbody></mujoco>"""
+    model = load_model(xml, [("ball", "land", steel_pair())])
+    data, places = mujoco.MjData(model), []
+    for height in (0.0, 0.05, 0.1):
+        model.hfield_data[:] = height
+        mujoco.mj_resetData(model, data)
+        data.qpos[2] = 0.0205 + 0.1 * height
+        mujoco.mj_step(model, data, 1000)
+        places.append(data.qpos[2])
+    assert places == pytest.approx([0.02, 0.025, 0.03], abs=1e-5)

@@ -2,18 +2,23 @@
 
 import warnings
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import (
+    DENSITY,
+    GEOM,
+    MASS,
+    RADIUS,
+    ball_on_floor,
+    free_ball,
+    impact_error,
+    mujoco,
+    steel_pair,
+    with_data,
+)
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from mujoco_scenes import DENSITY, GEOM, MASS, RADIUS, ball_on_floor, impact_error, steel_pair  # noqa: E402
-
-from contactlaw import LAWS  # noqa: E402
-from contactlaw.mujoco_plugin import add_contact  # noqa: E402
+from contactlaw import LAWS
+from contactlaw.mujoco_plugin import add_contact
 
 
 @pytest.mark.parametrize(("steps", "allowed"), [(50, 1e-2), (100, 5e-3)])
@@ -44,8 +49,7 @@ def test_a_shape_found_by_the_engine_agrees_with_the_closed_form():
         body.add_freejoint()
         body.add_geom(name="round", type=kind, size=size, density=DENSITY)
         add_contact(spec, "round", "floor", steel_pair(radius=RADIUS))
-        model = spec.compile()
-        data = mujoco.MjData(model)
+        model, data = with_data(spec.compile())
         data.qvel[:3] = [0.2, 0.1, -1.0]
         mujoco.mj_step(model, data, 150)
         after.append(data.qvel.copy())
@@ -65,8 +69,7 @@ def test_capsule_ends_are_balls_and_give_the_same_bounce():
             kind = GEOM.mjGEOM_CAPSULE if half else GEOM.mjGEOM_SPHERE
             body.add_geom(name=name + "_geom", type=kind, size=[RADIUS, half, 0])
         add_contact(spec, "low_geom", "high_geom", steel_pair(friction=0.0, restitution=1.0))
-        model = spec.compile()
-        data = mujoco.MjData(model)
+        model, data = with_data(spec.compile())
         data.qvel[8] = -1.0
         mujoco.mj_step(model, data, 300)
         after.append(data.qvel.copy())
@@ -79,12 +82,9 @@ def test_two_balls_keep_momentum_and_angular_momentum():
     spec.option.timestep, spec.option.gravity = 1e-6, [0, 0, 0]
     places = np.array([[0, 0, 0], [0.3, 0.2, 1.0] / np.linalg.norm([0.3, 0.2, 1.0]) * 2 * RADIUS])
     for i, place in enumerate(places):
-        body = spec.worldbody.add_body(pos=place)
-        body.add_freejoint()
-        body.add_geom(name=f"ball{i}", size=[RADIUS, 0, 0], density=DENSITY)
+        free_ball(spec, place, f"ball{i}")
     add_contact(spec, "ball0", "ball1", steel_pair())
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     data.qvel[:] = [0.1, 0.2, 0.8, 30, -10, 20, -0.3, 0.1, -0.9, 5, 40, -7]
 
     def momenta():
@@ -112,12 +112,9 @@ def test_a_hinged_paddle_returns_the_ball_without_making_energy():
     arm = spec.worldbody.add_body(name="arm")
     arm.add_joint(name="hinge", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0])
     arm.add_geom(name="paddle", type=GEOM.mjGEOM_BOX, size=[0.02, 0.1, 0.1], pos=[0, 0, 0.4], density=2000)
-    ball = spec.worldbody.add_body(name="ball", pos=[0.02 + RADIUS, 0, 0.42])
-    ball.add_freejoint()
-    ball.add_geom(name="ball_geom", size=[RADIUS, 0, 0], density=DENSITY)
+    free_ball(spec, [0.02 + RADIUS, 0, 0.42], "ball_geom")
     add_contact(spec, "ball_geom", "paddle", steel_pair(restitution=1.0))
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     data.qvel[model.jnt_dofadr[1] :][:3] = [-1.0, 0.1, 0.2]
     model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
     mujoco.mj_forward(model, data)
@@ -131,9 +128,7 @@ def test_a_hinged_paddle_returns_the_ball_without_making_energy():
 def test_free_flight_is_untouched():
     spec, _ = ball_on_floor(steel_pair(), timestep=1e-3)
     plain = mujoco.MjSpec.from_string("<mujoco><option gravity='0 0 0' timestep='1e-3'/></mujoco>")
-    body = plain.worldbody.add_body(pos=[0, 0, RADIUS])
-    body.add_freejoint()
-    body.add_geom(size=[RADIUS, 0, 0], density=DENSITY)
+    free_ball(plain, [0, 0, RADIUS])
     after = []
     for model in (spec.compile(), plain.compile()):
         data = mujoco.MjData(model)
@@ -159,8 +154,7 @@ def test_the_side_of_a_capsule_does_not_pass_through_a_box(radius):
         density=1000,
     )
     add_contact(spec, "bar", "block", steel_pair(radius=radius, friction=0.0))
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     data.qvel[2] = -1.0
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -175,8 +169,7 @@ def test_a_pivoting_ball_slows_and_stops(integrator):
     pair = steel_pair(friction=0.3, restitution=0.5)
     spec, _ = ball_on_floor(pair, 2e-3, gravity=9.81)
     spec.option.integrator = getattr(mujoco.mjtIntegrator, integrator)
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     stiffness = 4.0 / 3.0 * pair.effective_modulus * np.sqrt(RADIUS)
     overlap = (MASS * 9.81 / stiffness) ** (2.0 / 3.0)
     rate = 3.0 * np.pi / 16.0 * 0.3 * 9.81 * np.sqrt(RADIUS * overlap) / (0.4 * RADIUS**2)

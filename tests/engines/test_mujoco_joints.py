@@ -1,17 +1,11 @@
 """Actuators, tendons and joint limits of bodies that touch by the law in MuJoCo."""
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import mujoco, steel_pair, with_data
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from mujoco_scenes import steel_pair  # noqa: E402
-
-from contactlaw import MATERIALS, ContactPair  # noqa: E402
-from contactlaw.mujoco_plugin import load_model  # noqa: E402
+from contactlaw import MATERIALS, ContactPair
+from contactlaw.mujoco_plugin import load_model
 
 UNSEEN = 'contype="0" conaffinity="0"'
 REACH = 0.2  # [m] of an arm
@@ -169,8 +163,7 @@ def test_an_arm_that_passes_over_the_floor_flies_as_the_engine_flies_it(integrat
         mujoco.mj_step(model, data)
         mujoco.mj_step(native, alone)
         assert data.qpos[0] == alone.qpos[0]
-    model = load_model(pendulum(-1e-3, integrator), contact, others=False)
-    data = mujoco.MjData(model)
+    model, data = with_data(load_model(pendulum(-1e-3, integrator), contact, others=False))
     data.qpos[0], data.qvel[0] = 0.15, -60.0
     mujoco.mj_step(model, data, 2)
     assert data.qpos[0] > 0.0

@@ -1,17 +1,11 @@
 """The law at the engine's own step: impacts, rest, rolling, integrators, articulated bodies."""
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import DENSITY, GEOM, MASS, RADIUS, ball_on_floor, duration, free_ball, mujoco, steel_pair, with_data
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from mujoco_scenes import DENSITY, GEOM, MASS, RADIUS, ball_on_floor, duration, steel_pair  # noqa: E402
-
-from contactlaw import LAWS, rebound  # noqa: E402
-from contactlaw.mujoco_plugin import add_contact, contacts_of  # noqa: E402
+from contactlaw import LAWS, rebound
+from contactlaw.mujoco_plugin import add_contact, contacts_of
 
 INTEGRATORS = {name: int(getattr(mujoco.mjtIntegrator, f"mjINT_{name}")) for name in
                ("EULER", "RK4", "IMPLICIT", "IMPLICITFAST")}  # fmt: skip
@@ -26,8 +20,7 @@ def error(pair, psi_1, step, phase, heading=0.4, integrator="EULER", floor="plan
     """psi_2 in the engine less the law's own, and the error of the restitution."""
     spec, _ = ball_on_floor(pair, step, floor)
     spec.option.integrator = INTEGRATORS[integrator]
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     along = np.array([np.cos(heading), np.sin(heading), 0.0])
     scale = pair.kappa / pair.friction
     data.qpos[2] += (1.0 + phase) * step
@@ -68,8 +61,7 @@ def test_the_ball_is_where_its_bounce_puts_it(integrator):
     for phase in (0.1, 0.5, 0.9):
         spec, _ = ball_on_floor(pair, step)
         spec.option.integrator = INTEGRATORS[integrator]
-        model = spec.compile()
-        data = mujoco.MjData(model)
+        model, data = with_data(spec.compile())
         height = (1.0 + phase) * step
         data.qpos[2] += height
         data.qvel[2] = -1.0
@@ -84,8 +76,7 @@ def test_a_ball_comes_to_rest_at_its_static_overlap_and_stays(integrator, law):
     pair = steel_pair(restitution=0.7, law=law)
     spec, name = ball_on_floor(pair, 2e-3, gravity=GRAVITY)
     spec.option.integrator = INTEGRATORS[integrator]
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     data.qpos[2] += 5e-3
     mujoco.mj_step(model, data, 1000)
     place, state = data.qpos.copy(), data.plugin_state.copy()
@@ -103,8 +94,7 @@ def test_what_changes_at_rest_is_noticed():
     """Gravity, an applied force, a place edited by hand: the contact follows, whatever it kept in mind."""
     pair = steel_pair(restitution=0.5)
     spec, name = ball_on_floor(pair, 2e-3, gravity=GRAVITY)
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     mujoco.mj_step(model, data, 500)
     data.xfrc_applied[1, 2] = -10.0
     mujoco.mj_step(model, data, 500)
@@ -128,8 +118,7 @@ def test_a_motor_that_presses_is_carried():
     motor = spec.add_actuator(name="press", target="up", trntype=mujoco.mjtTrn.mjTRN_JOINT)
     motor.gainprm[0] = 1.0
     name = add_contact(spec, "round", "floor", pair)
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     data.ctrl[0] = -20.0
     mujoco.mj_step(model, data, 600)
     assert -data.qpos[0] == pytest.approx(static_overlap(pair, MASS * GRAVITY + 20.0), rel=1e-6)
@@ -141,8 +130,7 @@ def test_a_ball_rolls_or_slips_down_an_incline(slope, slips):
     pair, angle = steel_pair(restitution=0.9), np.deg2rad(slope)
     spec, _ = ball_on_floor(pair, 2e-3)
     spec.option.gravity = GRAVITY * np.array([np.sin(angle), 0.0, -np.cos(angle)])
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     data.qpos[2] -= static_overlap(pair, MASS * GRAVITY * np.cos(angle))
     mujoco.mj_step(model, data, 500)
     place, speed = data.qpos[2], data.qvel[0]
@@ -164,12 +152,9 @@ def test_a_hinged_paddle_returns_the_ball_alike_at_any_step(damping):
             hinge = arm.add_joint(name="hinge", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0])
             hinge.damping[0] = damping
             arm.add_geom(name="paddle", type=GEOM.mjGEOM_BOX, size=[0.02, 0.1, 0.1], pos=[0, 0, 0.4], density=2000)
-            ball = spec.worldbody.add_body(name="ball", pos=[0.03 + RADIUS + phase * 2e-3, 0, 0.42])
-            ball.add_freejoint()
-            ball.add_geom(name="round", size=[RADIUS, 0, 0], density=DENSITY)
+            free_ball(spec, [0.03 + RADIUS + phase * 2e-3, 0, 0.42], "round")
             add_contact(spec, "round", "paddle", steel_pair(restitution=1.0))
-            model = spec.compile()
-            data = mujoco.MjData(model)
+            model, data = with_data(spec.compile())
             data.qvel[0], data.qvel[1:4] = 0.5, [-1.0, 0.1, 0.2]
             mujoco.mj_step(model, data, round(0.03 / step))
             assert data.qvel[1] > 0.8
@@ -183,12 +168,9 @@ def test_nothing_passes_through_a_thin_box():
     spec = mujoco.MjSpec()
     spec.option.gravity = [0, 0, 0]
     spec.worldbody.add_geom(name="wall", type=GEOM.mjGEOM_BOX, size=[1, 1, 1e-3])
-    body = spec.worldbody.add_body(name="ball", pos=[0, 0, 0.5])
-    body.add_freejoint()
-    body.add_geom(name="round", size=[RADIUS, 0, 0], density=DENSITY)
+    free_ball(spec, [0, 0, 0.5], "round")
     add_contact(spec, "round", "wall", steel_pair(restitution=1.0))
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     data.qvel[2] = -100.0
     mujoco.mj_step(model, data, 10)
     assert data.qvel[2] == pytest.approx(100.0, rel=1e-3)

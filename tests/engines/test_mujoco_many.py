@@ -1,17 +1,11 @@
 """Many contacts in MuJoCo: chains, spinning balls, sets of geoms, heaps, readouts, ledgers."""
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import DENSITY, GEOM, MASS, RADIUS, free_ball, mujoco, steel_pair, with_data
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from mujoco_scenes import DENSITY, GEOM, MASS, RADIUS, steel_pair  # noqa: E402
-
-from contactlaw import ContactPair, rebound  # noqa: E402
-from contactlaw.mujoco_plugin import add_contact, contacts_of, ledger_of  # noqa: E402
+from contactlaw import ContactPair, rebound
+from contactlaw.mujoco_plugin import add_contact, contacts_of, ledger_of
 
 # A finely integrated chain of Hertz contacts, the first ball at 1 m/s (scipy, rtol 1e-11).
 CHAINS = {
@@ -27,9 +21,7 @@ def balls(places, timestep=2e-3, gravity=0.0, floor=False):
     if floor:
         spec.worldbody.add_geom(name="floor", type=GEOM.mjGEOM_PLANE, size=[1, 1, 0.1])
     for i, place in enumerate(places):
-        body = spec.worldbody.add_body(name=f"body{i}", pos=place)
-        body.add_freejoint()
-        body.add_geom(name=f"ball{i}", size=[RADIUS, 0, 0], density=DENSITY)
+        free_ball(spec, place, f"ball{i}")
     return spec
 
 
@@ -44,8 +36,7 @@ def test_a_row_of_balls_in_touch_or_nearly(count, timestep, integrator, gap):
     spec.option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator}")
     names = [f"ball{i}" for i in range(count)]
     add_contact(spec, names, names, steel_pair(friction=0.0, restitution=1.0))
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     data.qvel[0] = 1.0
     mujoco.mj_step(model, data, int(12e-3 / timestep))
     assert data.qvel[::6] == pytest.approx([*np.zeros(count - 1), 1.0] if gap else CHAINS[count], abs=1e-3)
@@ -61,8 +52,7 @@ def test_a_ball_on_a_free_block_meets_the_law(psi_1, timestep):
     body.add_geom(name="block", type=GEOM.mjGEOM_BOX, size=[half] * 3, mass=block)
     pair = steel_pair()
     add_contact(spec, "ball0", "block", pair)
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     scale = pair.kappa / pair.friction
     data.qpos[0] -= 1.3e-3 * psi_1 / scale
     data.qvel[:3] = psi_1 / scale, 0.0, -1.0
@@ -82,8 +72,7 @@ def test_two_spinning_balls_keep_both_momenta_and_meet_the_law(timestep):
     spec = balls([[0, 0, 0], 2 * RADIUS * normal + [0, 0, 1.3e-3]], timestep)
     pair = steel_pair(restitution=1.0)
     add_contact(spec, "ball1", "ball0", pair)
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     data.qvel[:] = [0, 0, 0.5, 10, -4, 2, 0, 0, -0.5, -3, 8, -7]
     inertia = model.body_inertia[1][0]
 
@@ -136,8 +125,7 @@ def test_sets_are_what_the_pairs_by_hand_are():
             for i in range(3):
                 for other in [*names[i + 1 :], "floor"]:
                     add_contact(spec, names[i], other, steel_pair())
-        model = spec.compile()
-        data = mujoco.MjData(model)
+        model, data = with_data(spec.compile())
         mujoco.mj_step(model, data, 150)
         assert data.ncon == 0
         after.append(np.concatenate([data.qpos, data.qvel]))
@@ -150,8 +138,7 @@ def test_a_set_survives_copies_xml_and_attachment():
     add_contact(spec, names, [*names, "floor"], steel_pair(), substeps=50)
 
     def run(spec):
-        model = spec.compile()
-        data = mujoco.MjData(model)
+        model, data = with_data(spec.compile())
         mujoco.mj_step(model, data, 100)
         return data.qpos.copy()
 
@@ -177,8 +164,7 @@ def test_a_heap_comes_to_rest_and_weighs_what_its_balls_weigh():
         spec.worldbody.add_geom(name=name, type=GEOM.mjGEOM_PLANE, size=[1, 1, 0.1], pos=place, quat=quat)
     names = [f"ball{i}" for i in range(8)]
     name = add_contact(spec, names, [*names, "floor", *walls], steel_pair(friction=0.3, restitution=0.5), others=False)
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     mujoco.mj_step(model, data, 1500)
     v = (data.qvel).reshape(-1, 6)[:, :3]
     assert np.abs(v).max() < 5e-3
@@ -195,13 +181,10 @@ def test_a_bounce_is_read_out(swapped):
     spec = mujoco.MjSpec()
     spec.option.timestep, spec.option.gravity = 2e-3, [0, 0, 0]
     spec.worldbody.add_geom(name="floor", type=GEOM.mjGEOM_PLANE, size=[1, 1, 0.1])
-    body = spec.worldbody.add_body(pos=[0, 0, RADIUS + 1e-3])
-    body.add_freejoint()
-    body.add_geom(name="ball", size=[RADIUS, 0, 0], density=DENSITY)
+    free_ball(spec, [0, 0, RADIUS + 1e-3])
     geoms = ("floor", "ball") if swapped else ("ball", "floor")
     name = add_contact(spec, *geoms, pair)
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     data.qvel[:3] = [0.1, 0.05, -1.0]
     before, impulse = data.qvel[:3].copy(), np.zeros(3)
     for _ in range(5):

@@ -2,25 +2,18 @@
 
 import warnings
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import DENSITY, GEOM, RADIUS, ball_on_floor, bounce_of, mujoco, steel_pair, with_data
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from mujoco_scenes import DENSITY, GEOM, RADIUS, ball_on_floor, bounce_of, steel_pair  # noqa: E402
-
-from contactlaw import ContactPair, ContactWarning, Material  # noqa: E402
-from contactlaw.mujoco_plugin import add_contact, load_model  # noqa: E402
+from contactlaw import ContactPair, ContactWarning, Material
+from contactlaw.mujoco_plugin import add_contact, load_model
 
 
 def test_the_native_contact_of_the_pair_is_off_and_that_with_others_stays():
     spec, _ = ball_on_floor(steel_pair(), timestep=1e-5)
     spec.worldbody.add_geom(name="wall", type=GEOM.mjGEOM_BOX, size=[0.1, 1, 1], pos=[0.1 + RADIUS - 1e-4, 0, 0.5])
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     data.qpos[2] -= 1e-6
     mujoco.mj_forward(model, data)
     assert [sorted(model.geom(g).name for g in c.geom) for c in data.contact[: data.ncon]] == [["ball", "wall"]]
@@ -39,8 +32,7 @@ def test_geoms_without_others_leave_the_collision_detection_and_bounce_alike():
         body.add_freejoint()
         ball = body.add_geom(size=[RADIUS, 0, 0], density=DENSITY)
         add_contact(spec, ball, floor, steel_pair(), others=others)
-        model = spec.compile()
-        data = mujoco.MjData(model)
+        model, data = with_data(spec.compile())
         data.qvel[:3] = [0.1, 0, -1]
         mujoco.mj_step(model, data, 150)
         after.append(data.qvel.copy())
@@ -51,8 +43,7 @@ def test_geoms_without_others_leave_the_collision_detection_and_bounce_alike():
 def test_a_deep_overlap_does_not_bring_the_native_contact_back():
     for floor in ("plane", "box"):
         spec, _ = ball_on_floor(steel_pair(radius=1e6), floor=floor)  # so flat that no warning of depth is due
-        model = spec.compile()
-        data = mujoco.MjData(model)
+        model, data = with_data(spec.compile())
         data.qpos[2] = 0.2 * RADIUS
         mujoco.mj_forward(model, data)
         assert data.ncon == 0
@@ -92,8 +83,7 @@ def test_a_spec_with_the_law_survives_a_round_trip_through_xml():
         Material(1.1e9, 0.31), Material(2e9, 0.4), 0.3, 0.7, law="microslip node_count=24", stiffness_ratio=0.6
     )
     spec, _ = ball_on_floor(pair)
-    model = mujoco.MjModel.from_xml_string(spec.to_xml())
-    data = mujoco.MjData(model)
+    model, data = with_data(mujoco.MjModel.from_xml_string(spec.to_xml()))
     original = spec.compile()
     other = mujoco.MjData(original)
     for m, d in ((model, data), (original, other)):
@@ -179,18 +169,17 @@ def test_geoms_without_names_get_one():
 def test_a_deep_contact_is_warned_of(overlaps, says):
     soft = ContactPair(Material(1e5, 0.5), Material(1e5, 0.5), 0.1)
     spec, _ = ball_on_floor(soft, timestep=1e-5, overlaps=overlaps)
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     data.qpos[2] = 0.8 * RADIUS
-    with pytest.warns(ContactWarning, match=f"'ball' of body 'body' on 'floor' of body 'world' at 1e-05 s: {says}"):
+    which = "'ball' of body 'body of ball' on 'floor' of body 'world' at 1e-05 s"
+    with pytest.warns(ContactWarning, match=f"{which}: {says}"):
         mujoco.mj_step(model, data)
 
 
 def test_a_box_edge_asks_for_a_radius():
     for radius, warned in ((None, True), (RADIUS, False)):
         spec, _ = ball_on_floor(steel_pair(radius=radius), floor="box")
-        model = spec.compile()
-        data = mujoco.MjData(model)
+        model, data = with_data(spec.compile())
         data.qpos[0] = 1.0 + 0.5 * RADIUS
         data.qpos[2] = np.sqrt(0.75) * RADIUS - 1e-6
         with warnings.catch_warnings(record=True) as caught:
@@ -266,8 +255,7 @@ HILLS = """<mujoco><option timestep="2e-3"/><asset><hfield name="hills" nrow="4"
 def test_a_height_field_is_where_mujoco_has_it(yaw):
     """Heights that rise along x make a slope of 0.15: bodies slide down it as on MuJoCo's plane of that slope."""
     pair = steel_pair(friction=0.0, restitution=0.01)
-    model = load_model(HILLS.format(yaw=yaw), [(["ball", "box"], "ground", pair)])
-    data = mujoco.MjData(model)
+    model, data = with_data(load_model(HILLS.format(yaw=yaw), [(["ball", "box"], "ground", pair)]))
     mujoco.mj_step(model, data, 300)
     down = np.array([-1.0, 0.0, -0.15]) if yaw == 0 else np.array([0.0, -1.0, -0.15])
     before = data.qvel[:3].copy()

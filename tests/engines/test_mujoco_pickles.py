@@ -5,16 +5,12 @@ import pickle
 import subprocess
 import sys
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import mujoco
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from contactlaw import MATERIALS, ContactPair  # noqa: E402
-from contactlaw.mujoco_plugin import load_model, save_model  # noqa: E402
+from contactlaw import MATERIALS, ContactPair
+from contactlaw.mujoco_plugin import load_model, save_model
 
 BALL = """<mujoco><option timestep=".002"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>
 <body name="b" pos="0 0 .03"><freejoint/><geom name="ball" size=".025" density="7833"/></body></worldbody></mujoco>"""

@@ -2,17 +2,11 @@
 
 from math import asin
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import ball_on_floor, mujoco, steel_pair, with_data
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from mujoco_scenes import ball_on_floor, steel_pair  # noqa: E402
-
-from contactlaw.mujoco_plugin import contacts_of, instances_of, load_model  # noqa: E402
+from contactlaw.mujoco_plugin import contacts_of, instances_of, load_model
 
 INTEGRATORS = ("Euler", "RK4", "implicit", "implicitfast")
 PLANES = """<geom name="low" type="plane" size="5 5 .1" pos="0 0 -.1"/>
@@ -29,8 +23,7 @@ def thrown(timestep, integrator, phase=0.4):
     """A ball that spins and is about to strike the floor; the model, its state, the name of the contact."""
     spec, name = ball_on_floor(steel_pair(restitution=0.8), timestep, gravity=9.81)
     spec.option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     data.qpos[2] += (1.0 + phase) * timestep
     data.qvel[:3], data.qvel[3:] = [0.3, 0.1, -1.0], [5.0, 3.0, 8.0]
     return model, data, name

@@ -1,15 +1,11 @@
 """MuJoCo's sensors of forces and accelerations with the law, against statics, impulses and its own contacts."""
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import mujoco, with_data
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from contactlaw import MATERIALS, ContactPair  # noqa: E402
-from contactlaw.mujoco_plugin import contacts_of, load_model  # noqa: E402
+from contactlaw import MATERIALS, ContactPair
+from contactlaw.mujoco_plugin import contacts_of, load_model
 
 RUBBER, STEEL = MATERIALS["rubber"], MATERIALS["steel"]
 SOFT, HARD = ContactPair(RUBBER, RUBBER, 0.8, 0.5), ContactPair(STEEL, STEEL, 0.3, 0.8)
@@ -110,12 +106,10 @@ def test_a_hinge_that_turns_freely_has_no_torque_in_an_impact():
 def test_what_sensors_read_changes_nothing_else():
     runs = []
     for sensors in ("", NATIVE + OURS.format("body", "foot")):
-        model = lawful(sensors=sensors, joint='<joint axis="0 1 0" stiffness="300" damping="1"/>')
-        data = mujoco.MjData(model)
+        model, data = with_data(lawful(sensors=sensors, joint='<joint axis="0 1 0" stiffness="300" damping="1"/>'))
         data.qpos[2] += 0.01
         data.qvel[0] = 0.1
-        for _ in range(150):
-            mujoco.mj_step(model, data)
+        mujoco.mj_step(model, data, 150)
         runs.append(
             np.concatenate([data.qpos, data.qvel, data.qacc, data.qacc_warmstart, data.qfrc_passive, [data.time]])
         )
@@ -129,8 +123,7 @@ def test_sensors_of_contacts_tell_what_contacts_do():
         + OURS.format("site", "half")
         + OURS.format("geom", "floor")
     )
-    model = lawful(sensors=own)
-    data = mujoco.MjData(model)
+    model, data = with_data(lawful(sensors=own))
     data.xfrc_applied[1, :3] = [8.0, 0.0, -5.0]
     mujoco.mj_step(model, data, 300)
     data.xfrc_applied[1, 2] = 400.0  # it leaves the ground
@@ -164,7 +157,6 @@ def test_a_sensor_of_contacts_is_on_something():
 
 @pytest.mark.skipif(not hasattr(mujoco.MjModel, "sensor_delay"), reason="sensors have no delay before")
 def test_a_sensor_with_a_delay_knows_what_presses():
-    model = lawful(sensors='<accelerometer name="late" site="trunk" delay=".01" nsample="6"/>')
-    data = mujoco.MjData(model)
+    model, data = with_data(lawful(sensors='<accelerometer name="late" site="trunk" delay=".01" nsample="6"/>'))
     mujoco.mj_step(model, data, 4000)
     assert read(data, "late") == pytest.approx([0.0, 0.0, G], abs=1e-3)

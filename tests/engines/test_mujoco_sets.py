@@ -1,16 +1,10 @@
 """Large sets of geoms in MuJoCo: nothing of a model grows with the square of how many there are."""
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import GEOM, free_ball, mujoco, steel_pair, with_data
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from mujoco_scenes import DENSITY, GEOM, steel_pair  # noqa: E402
-
-from contactlaw.mujoco_plugin import add_contact, contacts_of, overlaps_of  # noqa: E402
+from contactlaw.mujoco_plugin import add_contact, contacts_of, overlaps_of
 
 RADIUS = 0.01
 
@@ -23,10 +17,15 @@ def lattice(count, gap=2.5):
     across = int(np.ceil(count ** (1 / 3)))
     for i in range(count):
         place = gap * RADIUS * np.array([i % across, i // across % across, i // across**2 + 0.6])
-        body = spec.worldbody.add_body(pos=place)
-        body.add_freejoint()
-        body.add_geom(name=f"ball{i}", size=[RADIUS, 0, 0], density=DENSITY)
+        free_ball(spec, place, f"ball{i}", RADIUS)
     return spec, [f"ball{i}" for i in range(count)]
+
+
+def touching(model):
+    """Names of the geoms in contact, natively, by two."""
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return {frozenset((model.geom(a).name, model.geom(b).name)) for a, b in data.contact.geom}
 
 
 @pytest.mark.parametrize("others", [True, False])
@@ -50,11 +49,6 @@ def test_a_set_touches_others_natively_and_its_own_not():
         body.add_freejoint()
         body.add_geom(name=name, size=[0.011, 0, 0], contype=contype, conaffinity=conaffinity)
 
-    def touching(model):
-        data = mujoco.MjData(model)
-        mujoco.mj_forward(model, data)
-        return {frozenset((model.geom(a).name, model.geom(b).name)) for a, b in data.contact.geom}
-
     before = touching(spec.copy().compile())
     add_contact(spec, balls, [*balls, "floor"], steel_pair())
     after = touching(spec.compile())
@@ -67,11 +61,6 @@ def test_two_sets_that_touch_each_other_keep_what_is_native_within_each():
     spec, balls = lattice(40, 1.9)
     first, second = balls[::2], balls[1::2]
 
-    def touching(model):
-        data = mujoco.MjData(model)
-        mujoco.mj_forward(model, data)
-        return {frozenset((model.geom(a).name, model.geom(b).name)) for a, b in data.contact.geom}
-
     before = touching(spec.copy().compile())
     add_contact(spec, first, second, steel_pair())
     after = touching(spec.compile())
@@ -81,8 +70,7 @@ def test_two_sets_that_touch_each_other_keep_what_is_native_within_each():
 def test_contacts_of_large_sets_are_those_that_overlap():
     spec, balls = lattice(343, 1.999)
     name = add_contact(spec, balls, [*balls, "floor"], steel_pair(), others=False)
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     mujoco.mj_forward(model, data)
     expected = 3 * 7 * 7 * 6
     assert len(overlaps_of(model, data)) == expected

@@ -5,20 +5,14 @@ import sys
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import ball_on_floor, mujoco, steel_pair, with_data
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from mujoco_scenes import ball_on_floor, steel_pair  # noqa: E402
-
-from contactlaw import ContactPair, ContactWarning  # noqa: E402
-from contactlaw.mujoco_plugin import contacts_of, ledger_of, load_model  # noqa: E402
-from sims.heap import poured  # noqa: E402
-from sims.scene import Settings  # noqa: E402
+from contactlaw import ContactPair, ContactWarning, Material
+from contactlaw.mujoco_plugin import contacts_of, instances_of, ledger_of, load_model
+from sims.heap import poured
+from sims.scene import Settings
 
 WHOLE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 
@@ -32,8 +26,7 @@ def state_of(model, data):
 
 def test_what_is_remembered_changes_with_steps_alone():
     spec, name = ball_on_floor(steel_pair())
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     data.qvel[:3] = [0.1, 0.0, -1.0]
     mujoco.mj_step(model, data, 40)
     committed, [contact] = data.plugin_state.copy(), contacts_of(model, data, name)
@@ -51,8 +44,7 @@ def test_what_is_remembered_changes_with_steps_alone():
 
 def test_a_restart_in_mid_contact_is_bit_exact():
     spec, _ = ball_on_floor(steel_pair())
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     data.qvel[:] = [0.1, 0.02, -1.0, 1.0, 2.0, 3.0]
     mujoco.mj_step(model, data, 50)
     state = state_of(model, data)
@@ -173,8 +165,7 @@ def law_for(bodies):
 @pytest.mark.parametrize("what", ["nothing", "place", "size"])
 def test_what_sleeps_wakes_where_it_is_set_back_to_another_place_or_as_another_model(what):
     spec, name = ball_on_floor(steel_pair(restitution=0.5), 2e-3, gravity=9.81)
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     data.qpos[2] += 1e-5
     mujoco.mj_step(model, data, 500)
     assert not data.qvel.any() and contacts_of(model, data, name)[0].touching
@@ -192,8 +183,7 @@ def test_what_sleeps_wakes_where_it_is_set_back_to_another_place_or_as_another_m
 
 def test_a_reset_forgets_the_contact():
     spec, name = ball_on_floor(steel_pair())
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     data.qvel[2] = -1.0
     mujoco.mj_step(model, data, 30)
     assert contacts_of(model, data, name)[0].touching
@@ -252,8 +242,7 @@ def test_rollouts_on_two_threads_give_the_bits_of_one():
     from mujoco import rollout
 
     spec, _ = ball_on_floor(steel_pair())
-    model = spec.compile()
-    data = mujoco.MjData(model)
+    model, data = with_data(spec.compile())
     states = []
     for speed in (0.5, 1.0, 1.5, 2.0):
         mujoco.mj_resetData(model, data)
@@ -372,3 +361,22 @@ def test_what_is_reset_goes_as_what_is_new():
         mujoco.mj_step(model, data, steps)
         mujoco.mj_resetData(model, data)
         assert np.array_equal(run(data), new)
+
+
+def test_a_state_has_room_for_every_contact_of_soft_boxes_stacked_askew():
+    """Each on the next by eight corners and sixteen crossings of edges; a restored state goes on as it was."""
+    box = '<body pos="{} 0 {}"><freejoint/><geom type="box" size=".05 .05 .05"/></body>'
+    stack = "".join(box.format(0.002 * (i % 2), 0.05 + 0.1001 * i) for i in range(5))
+    floor = '<geom type="plane" size="1 1 1"/>'
+    soft = ContactPair(Material(2e7, 0.4), Material(2e7, 0.4), friction=0.3, restitution=0.3)
+    model = load_model(f"<mujoco><worldbody>{floor}{stack}</worldbody></mujoco>", [("*", "*", soft)])
+    data, again = mujoco.MjData(model), mujoco.MjData(model)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", ".*no room")
+        mujoco.mj_step(model, data, 300)
+    names = instances_of(model)
+    assert sum(len(contacts_of(model, data, name)) for name in names) > 60
+    mujoco.mj_copyData(again, model, data)
+    for one in (data, again):
+        mujoco.mj_step(model, one, 20)
+    assert np.array_equal(data.qpos, again.qpos)

@@ -6,18 +6,12 @@ Against another version: `PYTHONPATH=FOLDER python -m pytest tests/engines/test_
 
 import pickle
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import mujoco, steel_pair, with_data
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from mujoco_scenes import steel_pair  # noqa: E402
-
-from contactlaw import MATERIALS, Body, ContactPair, collide  # noqa: E402
-from contactlaw.mujoco_plugin import contacts_of, layout, ledger_of, load_model, model_xml  # noqa: E402
+from contactlaw import MATERIALS, Body, ContactPair, collide
+from contactlaw.mujoco_plugin import contacts_of, layout, ledger_of, load_model, model_xml
 
 BALL = '<body pos="{} 0 .03"><freejoint/><geom name="ball{}" size=".025" density="7833"/></body>'
 BALLS = f"""<mujoco><option gravity="0 0 0"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>
@@ -100,8 +94,7 @@ def test_a_joint_limit_holds_what_lies_on_it():
     scene = """<mujoco><worldbody><body pos="0 0 1"><joint name="hinge" axis="0 1 0" limited="true" range="0 60"/>
 <geom name="beam" type="box" size=".3 .05 .01" pos="-.3 0 0" mass=".5"/></body>
 <body pos="-.5 0 1.06"><freejoint/><geom name="ball" size=".025" density="7833"/></body></worldbody></mujoco>"""
-    model = load_model(scene, [("ball", "beam", steel_pair(restitution=0.5, radius=0.025))])
-    data = mujoco.MjData(model)
+    model, data = with_data(load_model(scene, [("ball", "beam", steel_pair(restitution=0.5, radius=0.025))]))
     mujoco.mj_step(model, data, 600)
     assert -0.05 < data.qpos[0] < 0.01, "the beam is at its stop"
     assert data.qpos[3] == pytest.approx(1.035 + 0.5 * np.sin(data.qpos[0]), abs=3e-3), "the ball lies on it"

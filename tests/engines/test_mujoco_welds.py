@@ -1,16 +1,12 @@
 """Bodies that a mocap body leads by a weld, in MuJoCo, and push others by the law."""
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import mujoco
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from contactlaw import MATERIALS, ContactPair  # noqa: E402
-from contactlaw.mujoco_plugin import contacts_of, instances_of, load_model  # noqa: E402
-from contactlaw.mujoco_plugin.readout import view_of  # noqa: E402
+from contactlaw import MATERIALS, ContactPair
+from contactlaw.mujoco_plugin import contacts_of, instances_of, load_model
+from contactlaw.mujoco_plugin.readout import view_of
 
 SPEED, MU = 0.1, 0.3  # [m/s] of the mocap body; friction on the floor
 FREE = "<freejoint/>"

@@ -3,25 +3,12 @@
 import re
 import warnings
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import mujoco, steel_pair, with_data
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from mujoco_scenes import steel_pair  # noqa: E402
-
-from contactlaw import MATERIALS, ContactPair, ContactWarning  # noqa: E402
-from contactlaw.mujoco_plugin import (  # noqa: E402
-    contacts_of,
-    instances_of,
-    load_model,
-    model_xml,
-    overlaps_of,
-    relax,
-)
+from contactlaw import MATERIALS, ContactPair, ContactWarning
+from contactlaw.mujoco_plugin import contacts_of, instances_of, load_model, model_xml, overlaps_of, relax
 
 STEEL, RUBBER = MATERIALS["steel"], MATERIALS["rubber"]
 SOFT, HARD = ContactPair(STEEL, STEEL, 0.8, 0.5), steel_pair()
@@ -169,8 +156,7 @@ def test_a_ball_bounces_by_its_own_entry():
     scene = """<mujoco><option gravity="0 0 0"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>
     <body pos="0 0 .03"><freejoint/><geom name="one" size=".025" density="7833"/></body>
     <body pos="1 0 .03"><freejoint/><geom name="two" size=".025" density="7833"/></body></worldbody></mujoco>"""
-    model = load_model(scene, [("two", "*", steel_pair(restitution=0.6)), ("*", "*", HARD)])
-    data = mujoco.MjData(model)
+    model, data = with_data(load_model(scene, [("two", "*", steel_pair(restitution=0.6)), ("*", "*", HARD)]))
     data.qvel[[2, 8]] = -1.0
     mujoco.mj_step(model, data, 10)
     assert data.qvel[[2, 8]] == pytest.approx([0.93, 0.6], abs=1e-3)
@@ -365,8 +351,7 @@ def test_a_damper_along_what_joints_hold_gives_no_energy():
 
 
 def test_relax_moves_things_apart_until_they_touch():
-    model = load_model(START, [("*", "*", SOFT)], overlaps="keep")
-    data = mujoco.MjData(model)
+    model, data = with_data(load_model(START, [("*", "*", SOFT)], overlaps="keep"))
     before = data.qpos.copy()
     assert relax(model, data) <= 1e-6
     assert all(depth <= 1e-6 for *_, depth in overlaps_of(model, data))

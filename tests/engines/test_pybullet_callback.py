@@ -7,14 +7,10 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from pybullet_scenes import FREE, RADIUS, ball, in_contact, p, pair_of, plane, run, shape, slab, velocities
 
 from contactlaw import ContactWarning
-
-p = pytest.importorskip("pybullet")
-
-from pybullet_scenes import FREE, RADIUS, ball, pair_of, plane, run, shape, slab, velocities  # noqa: E402
-
-from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
+from contactlaw.pybullet_callback import ContactCallback
 
 
 @pytest.mark.parametrize("height", [0.5, 0.4987, 0.41])
@@ -22,16 +18,14 @@ def test_nothing_passes_through_unseen(client: int, height: float) -> None:
     """A thin plate, a hundredth of what the ball goes in a step, in its middle."""
     plate = p.createMultiBody(0.0, shape(client, p.GEOM_BOX, halfExtents=[1, 1, 0.001]), physicsClientId=client)
     body = ball(client, [0, 0, height], [0, 0, -50.0])
-    callback = ContactCallback(client)
-    callback.add_contact(body, plate, pair_of())
+    callback, _ = in_contact(client, body, plate, pair_of())
     run(client, callback, 5)
     assert velocities(client, body)[0][2] == pytest.approx(50.0 * 0.93, rel=1e-3)
 
 
 def test_step_may_change_during_a_contact(client: int) -> None:
     floor, body = plane(client), ball(client, [0, 0, RADIUS + 1e-9], [0, 0, -1.0])
-    callback = ContactCallback(client)
-    callback.add_contact(body, floor, pair_of())
+    callback, _ = in_contact(client, body, floor, pair_of())
     for dt in (1e-6, 1e-5, 2e-6, 3e-5, 1e-4, 1e-3):
         p.setTimeStep(dt, client)
         run(client, callback, 3)
@@ -104,9 +98,7 @@ def test_capsule_bounces_on_its_end_and_may_lie(client: int, dt: float, upright:
     )  # fmt: skip
     p.changeDynamics(rod, -1, physicsClientId=client, **FREE)
     p.resetBaseVelocity(rod, [0, 0, -1.0], physicsClientId=client)
-    p.setTimeStep(dt, client)
-    callback = ContactCallback(client)
-    handle = callback.add_contact(rod, floor, pair_of())
+    callback, handle = in_contact(client, rod, floor, pair_of(), dt=dt)
     run(client, callback, 2 + int(6e-4 / dt))
     velocity, spin = velocities(client, rod)
     assert velocity[2] == pytest.approx(0.93, abs=1e-3 if upright else 5e-3)
@@ -116,9 +108,7 @@ def test_capsule_bounces_on_its_end_and_may_lie(client: int, dt: float, upright:
 
 def test_a_box_s_edge_without_a_radius_is_warned_of_once(client: int) -> None:
     target, body = slab(client), ball(client, [1.0 + 0.707 * RADIUS, 0, 0.707 * RADIUS])
-    p.setTimeStep(1e-7, client)
-    callback = ContactCallback(client)
-    handle = callback.add_contact(body, target, pair_of())
+    callback, handle = in_contact(client, body, target, pair_of(), dt=1e-7)
     with pytest.warns(ContactWarning, match=rf"body {body} and body {target}: touching at the edge of a box"):
         callback()
     with warnings.catch_warnings():
@@ -133,8 +123,7 @@ def test_a_ball_on_a_capsule_s_side_has_the_radius_of_both(client: int) -> None:
     bar = shape(client, p.GEOM_CAPSULE, radius=RADIUS, height=0.2)
     target = p.createMultiBody(0.0, bar, physicsClientId=client)
     body = ball(client, [2.0 * RADIUS + 1e-3, 0, 0], [-1.0, 0, 0])
-    callback = ContactCallback(client)
-    handle = callback.add_contact(body, target, pair_of(restitution=1.0))
+    callback, handle = in_contact(client, body, target, pair_of(restitution=1.0))
     callback.step()
     ball_on_ball, on_plane = (
         (1.25 * 0.5 / (4 / 3 * pair_of(radius=r).effective_modulus * np.sqrt(r))) ** 0.4 for r in (0.5 * RADIUS, RADIUS)
@@ -170,8 +159,7 @@ def test_bad_input_is_refused_and_changes_nothing(client: int, change: dict, mes
 
 def test_a_pair_is_added_once(client: int) -> None:
     floor, body = plane(client), ball(client, [0, 0, 1.0])
-    callback = ContactCallback(client)
-    callback.add_contact(body, floor, pair_of())
+    callback, _ = in_contact(client, body, floor, pair_of())
     with pytest.raises(ValueError, match="have contact 0 already"):
         callback.add_contact(floor, body, pair_of())
     with pytest.raises(ValueError, match="client = 77"):
@@ -180,8 +168,7 @@ def test_a_pair_is_added_once(client: int) -> None:
 
 def test_a_body_that_has_gone_is_an_error_until_its_contact_goes(client: int) -> None:
     floor, body = plane(client), ball(client, [0, 0, 1.0])
-    callback = ContactCallback(client)
-    handle = callback.add_contact(body, floor, pair_of())
+    callback, handle = in_contact(client, body, floor, pair_of())
     callback()
     p.removeBody(body, client)
     with pytest.raises(ValueError, match=f"body {body}: removed"):
@@ -195,8 +182,7 @@ def test_a_body_that_has_gone_is_an_error_until_its_contact_goes(client: int) ->
 
 def test_contacts_may_go_after_their_bodies(client: int) -> None:
     floor, body, other = plane(client), ball(client, [0, 0, 1.0]), ball(client, [1, 0, RADIUS + 1e-3], [0, 0, -1.0])
-    callback = ContactCallback(client)
-    callback.add_contact([body, other], [body, other], pair_of())
+    callback, _ = in_contact(client, [body, other], [body, other], pair_of())
     handle = callback.add_contact(body, floor, pair_of())
     kept = callback.add_contact(other, floor, pair_of())
     run(client, callback, 1)
@@ -215,10 +201,7 @@ def test_contacts_may_go_after_their_bodies(client: int) -> None:
 
 def test_clean_bodies_raise_no_warning(client: int) -> None:
     floor, body = plane(client), ball(client, [0, 0, RADIUS + 1e-6], [0.1, 0, -1.0], [0, 0, 5.0])
-    p.setGravity(0, 0, -9.81, client)
-    p.setTimeStep(1e-6, client)
-    callback = ContactCallback(client)
-    callback.add_contact(body, floor, pair_of())
+    callback, _ = in_contact(client, body, floor, pair_of(), dt=1e-6, gravity=9.81)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         run(client, callback, 300)
@@ -226,8 +209,7 @@ def test_clean_bodies_raise_no_warning(client: int) -> None:
 
 def test_deep_overlap_is_warned_of_once(client: int) -> None:
     floor, body = plane(client), ball(client, [0, 0, RADIUS], [0, 0, -80.0])
-    callback = ContactCallback(client)
-    callback.add_contact(body, floor, pair_of("rubber"))
+    callback, _ = in_contact(client, body, floor, pair_of("rubber"))
 
     def fall_twice() -> None:
         run(client, callback, 3)
@@ -242,8 +224,7 @@ def test_deep_overlap_is_warned_of_once(client: int) -> None:
 @pytest.mark.parametrize("place", ["ball", "floor"])
 def test_what_is_not_finite_is_refused_by_name(client: int, place: str) -> None:
     floor, body = plane(client), ball(client, [0, 0, RADIUS + 1e-3], [0, 0, -1.0])
-    callback = ContactCallback(client)
-    handle = callback.add_contact(body, floor, pair_of())
+    callback, handle = in_contact(client, body, floor, pair_of())
     bad = body if place == "ball" else floor
     p.resetBaseVelocity(bad, [np.nan, 0, 0], [0, 0, 0], client)
     with pytest.raises(ValueError, match=f"body {bad}: .* not finite"):
@@ -253,9 +234,7 @@ def test_what_is_not_finite_is_refused_by_name(client: int, place: str) -> None:
 
 def test_removing_a_contact_restores_the_native_response(client: int) -> None:
     floor, body, other = plane(client), ball(client, [0, 0, RADIUS]), ball(client, [1, 0, RADIUS])
-    p.setGravity(0, 0, -9.81, client)
-    callback = ContactCallback(client)
-    handle = callback.add_contact(body, floor, pair_of())
+    callback, handle = in_contact(client, body, floor, pair_of(), gravity=9.81)
     for _ in range(60):  # without the callback: the one falls through, the other lies on its native contact
         p.stepSimulation(client)
     assert p.getBasePositionAndOrientation(body, client)[0][2] < 0.0
@@ -271,8 +250,7 @@ def test_removing_a_contact_restores_the_native_response(client: int) -> None:
 
 def test_ledgers_go_on_where_contacts_are_added_and_removed(client: int) -> None:
     floor, bodies = plane(client), [ball(client, [x, 0, RADIUS + 1e-3], [0, 0, -1.0]) for x in (0, 1)]
-    callback = ContactCallback(client)
-    kept = callback.add_contact(bodies[0], floor, pair_of())
+    callback, kept = in_contact(client, bodies[0], floor, pair_of())
     other = callback.add_contact(bodies[1], floor, pair_of())
     run(client, callback, 3)
     callback.remove_contact(other)
@@ -290,8 +268,7 @@ def test_ledgers_go_on_where_contacts_are_added_and_removed(client: int) -> None
 
 def test_masses_are_those_at_the_touch(client: int) -> None:
     floor, body = plane(client), ball(client, [0, 0, RADIUS + 1e-3], [0, 0, -1.0])
-    callback = ContactCallback(client)
-    handle = callback.add_contact(body, floor, pair_of())
+    callback, handle = in_contact(client, body, floor, pair_of())
     p.changeDynamics(body, -1, mass=2.0, localInertiaDiagonal=[0.8 * RADIUS**2] * 3, physicsClientId=client)
     run(client, callback, 1)
     assert callback.state(handle).impulse[2] == pytest.approx(2.0 * 1.93, rel=1e-3)

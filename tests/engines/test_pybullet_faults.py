@@ -9,15 +9,10 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from pybullet_scenes import FREE, RADIUS, ball, in_contact, p, paddle, pair_of, plane, run, shape, velocities
 
-p = pytest.importorskip("pybullet")
-if __import__("numba").config.DISABLE_JIT:
-    pytest.skip("the callback needs compiled code", allow_module_level=True)
-
-from pybullet_scenes import FREE, RADIUS, ball, paddle, pair_of, plane, run, shape, velocities  # noqa: E402
-
-from contactlaw import ContactWarning  # noqa: E402
-from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
+from contactlaw import ContactWarning
+from contactlaw.pybullet_callback import ContactCallback
 
 BY_BOTH = pytest.mark.parametrize("ahead", [True, False], ids=["call", "step"])
 
@@ -30,9 +25,7 @@ def go(client: int, callback: ContactCallback, ahead: bool, steps: int = 1) -> N
 def resting(client: int) -> tuple[int, ContactCallback, int]:
     """A ball at rest on a plane."""
     floor, body = plane(client), ball(client, [0, 0, RADIUS])
-    p.setGravity(0, 0, -9.81, client)
-    callback = ContactCallback(client)
-    handle = callback.add_contact(body, floor, pair_of(restitution=0.5))
+    callback, handle = in_contact(client, body, floor, pair_of(restitution=0.5), gravity=9.81)
     go(client, callback, False, 60)
     assert velocities(client, body)[0][2] == 0.0
     return body, callback, handle
@@ -91,8 +84,7 @@ def test_a_ball_that_is_put_into_the_floor_is_not_thrown(client: int, ahead: boo
 @pytest.mark.parametrize("then", ["call", "step"])
 def test_a_callback_called_twice_is_an_error(client: int, then: str) -> None:
     floor, body = plane(client), ball(client, [0, 0, RADIUS + 1e-3], [0, 0, -1.0])
-    callback = ContactCallback(client)
-    callback.add_contact(body, floor, pair_of())
+    callback, _ = in_contact(client, body, floor, pair_of())
     callback()
     with pytest.raises(ValueError, match=f"called again before stepSimulation: body {body} moves"):
         callback() if then == "call" else callback.step()
@@ -104,8 +96,7 @@ def test_a_callback_called_twice_is_an_error(client: int, then: str) -> None:
 def test_a_callback_called_twice_is_an_error_for_joints(client: int) -> None:
     arm, body = paddle(client), ball(client, [0.4, 0, 2.0 * RADIUS + 1.0])
     p.resetJointState(arm, 0, 0.0, 3.0, client)
-    callback = ContactCallback(client)
-    callback.add_contact(arm, body, pair_of(), link_a=0)
+    callback, _ = in_contact(client, arm, body, pair_of(), link_a=0)
     callback()
     with pytest.raises(ValueError, match=f"called again before stepSimulation: body {arm} moves"):
         callback()
@@ -143,9 +134,7 @@ def test_a_mass_changed_within_an_impact_is_the_one_that_leaves(client: int, ahe
     floor, body = plane(client), ball(client, [0, 0, RADIUS], [0, 0, -0.2])
     pair = pair_of(restitution=1.0, friction=0.0)
     dt = pair_of(radius=RADIUS, restitution=1.0).contact_duration(0.5, 0.2) / 200
-    p.setTimeStep(dt, client)
-    callback = ContactCallback(client)
-    callback.add_contact(body, floor, pair)
+    callback, _ = in_contact(client, body, floor, pair, dt=dt)
     while velocities(client, body)[0][2] < 0.0:
         go(client, callback, ahead)
     p.changeDynamics(body, -1, mass=2.0, localInertiaDiagonal=[0.8 * RADIUS**2] * 3, physicsClientId=client)
@@ -156,8 +145,7 @@ def test_a_mass_changed_within_an_impact_is_the_one_that_leaves(client: int, ahe
 @BY_BOTH
 def test_a_mass_changed_in_flight_is_the_one_that_strikes(client: int, ahead: bool) -> None:
     body, other = ball(client, [0, 0, 0], [1.0, 0, 0]), ball(client, [0.2, 0, 0])
-    callback = ContactCallback(client)
-    callback.add_contact(body, other, pair_of(restitution=1.0))
+    callback, _ = in_contact(client, body, other, pair_of(restitution=1.0))
     go(client, callback, ahead, 5)
     p.changeDynamics(other, -1, mass=1.5, localInertiaDiagonal=[0.6 * RADIUS**2] * 3, physicsClientId=client)
     go(client, callback, ahead, 60)
@@ -172,8 +160,7 @@ def test_a_link_s_mass_changed_in_flight_is_the_one_that_strikes(client: int, ah
     v (k - 1)/(k + 1), k = m L^2 / I."""
     arm, mass = paddle(client), 0.5
     body = ball(client, [0.4, 0, 2.0 * RADIUS + 0.1], [0, 0, -1.0], mass=mass)
-    callback = ContactCallback(client)
-    callback.add_contact(arm, body, pair_of(restitution=1.0, friction=0.0), link_a=0)
+    callback, _ = in_contact(client, arm, body, pair_of(restitution=1.0, friction=0.0), link_a=0)
     go(client, callback, ahead, 5)
     p.changeDynamics(arm, 0, mass=3.0, localInertiaDiagonal=[1e-3, 2e-2, 3e-2], physicsClientId=client)
     go(client, callback, ahead, 30)
@@ -254,9 +241,7 @@ def test_sets_leave_out_a_link_and_its_parent(client: int) -> None:
 def test_a_call_that_raised_leaves_the_engine_as_it_was(client: int, fault: str) -> None:
     arm, body, other = paddle(client), ball(client, [1.0, 0, RADIUS - 0.999], [0, 0, -1.0]), ball(client, [2.0, 0, 1.0])
     floor = p.createMultiBody(0.0, shape(client, p.GEOM_PLANE), -1, [0, 0, -1.0], physicsClientId=client)
-    p.setGravity(0, 0, -9.81, client)
-    callback = ContactCallback(client)
-    callback.add_contact([(body, -1), (other, -1), (arm, 0)], floor, pair_of())
+    callback, _ = in_contact(client, [(body, -1), (other, -1), (arm, 0)], floor, pair_of(), gravity=9.81)
     callback()
     p.stepSimulation(client)
     if fault == "not finite":
@@ -316,8 +301,7 @@ def test_an_environment_that_steps_by_itself(client: int, way: str) -> None:
     env.reset()
     env_alone = Env(lambda: None, other)
     env_alone.reset()
-    callback = ContactCallback(client)
-    callback.add_contact(env.ball, env.floor, pair_of())
+    callback, _ = in_contact(client, env.ball, env.floor, pair_of())
     with callback.stepping():
         found = [env.step() for _ in range(10)]
         p.stepSimulation(other)
@@ -338,8 +322,7 @@ def test_an_environment_that_steps_by_itself(client: int, way: str) -> None:
 def test_errors_go_through_the_environment_and_the_step_is_given_back(client: int) -> None:
     native, env = p.stepSimulation, Env(lambda: p.stepSimulation(client), client)
     env.reset()
-    callback = ContactCallback(client)
-    callback.add_contact(env.ball, env.floor, pair_of())
+    callback, _ = in_contact(client, env.ball, env.floor, pair_of())
     with callback.stepping():
         env.step()
         with pytest.raises(ValueError, match="inside `stepping`"):
@@ -364,8 +347,7 @@ def test_large_sets_are_taken_from_bullet_as_they_come_near(client: int, count: 
     for body in balls:
         p.changeDynamics(body, -1, localInertiaDiagonal=[0.2 * RADIUS**2] * 3, physicsClientId=client, **FREE)
     p.resetBaseVelocity(balls[3], [speed, 0, 0], physicsClientId=client)
-    callback = ContactCallback(client)
-    handle = callback.add_contact(balls, balls, pair_of(restitution=1.0, friction=0.0))
+    callback, handle = in_contact(client, balls, balls, pair_of(restitution=1.0, friction=0.0))
     go(client, callback, ahead, 40)
     found = [velocities(client, body)[0][0] for body in balls]
     fastest = int(np.argmax(found))

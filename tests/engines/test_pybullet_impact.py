@@ -7,26 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pybullet_scenes import CASES, RADIUS, ball, ball_on_plane, impact, p, pair_of, plane, run, slab, step, velocities
 
 from contactlaw import LAWS
-
-p = pytest.importorskip("pybullet")
-
-from pybullet_scenes import (  # noqa: E402
-    CASES,
-    RADIUS,
-    ball,
-    ball_on_plane,
-    impact,
-    pair_of,
-    plane,
-    run,
-    slab,
-    step,
-    velocities,
-)
-
-from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
+from contactlaw.pybullet_callback import ContactCallback
+from sims.contact_point import static_overlap
 
 
 @pytest.mark.parametrize("material", CASES)
@@ -135,7 +120,7 @@ def test_two_clients_at_once_give_the_same(client: int) -> None:
 def test_a_pivoting_ball_slows_and_stops(client: int) -> None:
     """3 pi/16 mu P a is the moment of a Hertz contact that spins about its normal (Lubkin 1951)."""
     pair = pair_of(friction=0.3, restitution=0.5)
-    overlap = (0.5 * 9.81 / (4.0 / 3.0 * pair.effective_modulus * np.sqrt(RADIUS))) ** (2.0 / 3.0)
+    overlap = static_overlap(pair, 0.5 * 9.81, RADIUS)
     rate = 3.0 * np.pi / 16.0 * 0.3 * 9.81 * np.sqrt(RADIUS * overlap) / (0.4 * RADIUS**2)
     body, contact, _ = ball_on_plane(client, 2e-3, (0.0, 0.0, RADIUS - overlap), friction=0.3, restitution=0.5)
     p.resetBaseVelocity(body, [0, 0, 0], [0, 0, 0.4 * rate], physicsClientId=client)

@@ -7,19 +7,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pybullet_scenes import FREE, RADIUS, ball, in_contact, p, paddle, pair_of, plane, run, shape, step, velocities
 
-p = pytest.importorskip("pybullet")
+from contactlaw import MATERIALS, ContactPair, Material
+from contactlaw.pybullet_callback import ContactCallback
+from contactlaw.pybullet_callback.trees import Tree
+from contactlaw.world import World
+from contactlaw.world.trees.coordinates import numbers, write_coordinates
+from tests.world.jointed_scenes import mass_matrix
 
-import pybullet_data  # noqa: E402
-from pybullet_scenes import FREE, RADIUS, ball, paddle, pair_of, plane, run, shape, step, velocities  # noqa: E402
-
-from contactlaw import MATERIALS, ContactPair, Material  # noqa: E402
-from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
-from contactlaw.pybullet_callback.trees import Tree  # noqa: E402
-from contactlaw.world import World  # noqa: E402
-from contactlaw.world.trees.coordinates import numbers, write_coordinates  # noqa: E402
-from tests.world.jointed_scenes import mass_matrix  # noqa: E402
-
+pybullet_data = pytest.importorskip("pybullet_data")
 G = 9.81
 
 
@@ -94,9 +91,7 @@ def test_ball_on_a_hinged_paddle_conserves_energy(client: int, dt: float, base_m
     """Elastic and without friction: the energy after is that before to 3e-4, however long the step."""
     racket = paddle(client, base_mass)
     body = ball(client, [0.405, 0.0, 2.0 * RADIUS], [0, 0, -1.0])
-    p.setTimeStep(dt, client)
-    callback = ContactCallback(client)
-    handle = callback.add_contact(body, racket, pair_of(restitution=1.0, friction=0.0), link_b=0)
+    callback, handle = in_contact(client, body, racket, pair_of(restitution=1.0, friction=0.0), link_b=0, dt=dt)
     steps = 3 + int(8e-4 / dt)
     run(client, callback, steps) if ahead else step(callback, steps)
     velocity, spin = velocities(client, body)
@@ -117,9 +112,7 @@ def test_momentum_of_a_free_tree_and_a_ball(client: int, ahead: bool) -> None:
     body = arm(client, 2.0, ("REVOLUTE", "SPHERICAL"))
     target = np.array(p.getLinkState(body, 1, 0, 1, client)[4])
     bullet = ball(client, target + [0.0, 0.0, 0.1 + RADIUS + 0.01], [0, 0, -3.0])
-    p.setTimeStep(1e-3, client)
-    callback = ContactCallback(client)
-    handle = callback.add_contact(bullet, body, pair_of(friction=0.0), link_b=1)
+    callback, handle = in_contact(client, bullet, body, pair_of(friction=0.0), link_b=1, dt=1e-3)
 
     one, world = Tree(client, body), World(0.0)
     one.add_to(world)
@@ -156,10 +149,7 @@ def test_a_motor_presses_a_ball_as_hard_as_its_torque_says(client: int) -> None:
     body = ball(client, [0.4, 0, RADIUS])
     racket = paddle(client)
     p.resetBasePositionAndOrientation(racket, [0, 0, 3 * RADIUS + 1e-5], [0, 0, 0, 1], client)
-    p.setGravity(0, 0, -G, client)
-    p.setTimeStep(1 / 240, client)
-    callback = ContactCallback(client)
-    on_floor = callback.add_contact(body, floor, pair_of(restitution=0.5, friction=0.5))
+    callback, on_floor = in_contact(client, body, floor, pair_of(restitution=0.5, friction=0.5), dt=1 / 240, gravity=G)
     handle = callback.add_contact(body, racket, pair_of(restitution=0.5, friction=0.5), link_b=0)
     torque = 2.0
 
@@ -187,9 +177,7 @@ def test_a_position_motor_carries_a_ball(client: int) -> None:
     p.changeDynamics(lift, 0, physicsClientId=client, **FREE)
     p.setJointMotorControl2(lift, 0, p.POSITION_CONTROL, targetPosition=0.0, force=500.0, physicsClientId=client)
     body = ball(client, [0.0, 0.0, 0.52 + RADIUS + 1e-3])
-    p.setGravity(0, 0, -G, client)
-    callback = ContactCallback(client)
-    handle = callback.add_contact(body, lift, pair_of(restitution=0.5, friction=0.5), link_b=0)
+    callback, handle = in_contact(client, body, lift, pair_of(restitution=0.5, friction=0.5), link_b=0, gravity=G)
     step(callback, 1500)
     forces = []
     for _ in range(200):
@@ -204,8 +192,7 @@ def test_a_position_motor_carries_a_ball(client: int) -> None:
 def test_a_restart_is_exact_with_joints(client: int, ahead: bool) -> None:
     racket = paddle(client, 2.0)
     body = ball(client, [0.405, 0.0, 2.0 * RADIUS + 2e-3], [0.1, 0, -1.0], [3, 4, 5])
-    callback = ContactCallback(client)
-    callback.add_contact(body, racket, pair_of(), link_b=0)
+    callback, _ = in_contact(client, body, racket, pair_of(), link_b=0)
 
     def go(steps: int) -> list:
         run(client, callback, steps) if ahead else step(callback, steps)
@@ -292,8 +279,7 @@ def test_what_presses_on_a_base_with_something_heavy_fixed_to_it_turns_it_as_it_
     for link in range(-1, 2):
         p.changeDynamics(body, link, localInertiaDiagonal=[1e-3] * 3, physicsClientId=client, **FREE)
     p.setJointMotorControl2(body, 1, p.VELOCITY_CONTROL, force=0, physicsClientId=client)
-    contact = ContactCallback(client)
-    contact.add_contact([(body, link) for link in (-1, 0, 1)], plane(client), pair_of("rubber"))
+    contact, _ = in_contact(client, [(body, link) for link in (-1, 0, 1)], plane(client), pair_of("rubber"))
     contact.step()
     one = contact._scene.bodies.trees[0]
     for k in range(3):
@@ -380,8 +366,7 @@ def test_what_the_engine_s_own_contact_pushes_into_the_floor_is_not_thrown(clien
 
 def test_contacts_of_joints_are_saved_and_added_before_the_first_step(client: int) -> None:
     racket, body = paddle(client, 2.0), ball(client, [0.405, 0.0, 2.0 * RADIUS + 2e-3], [0.1, 0, -1.0])
-    callback = ContactCallback(client)
-    handle = callback.add_contact(body, racket, pair_of(), link_b=0)
+    callback, handle = in_contact(client, body, racket, pair_of(), link_b=0)
     callback.restore(callback.save())
     assert not callback.state(handle).touching
     callback.add_contact(plane(client), body, pair_of())

@@ -4,23 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pybullet_scenes import RADIUS, ball, ball_on_plane, p, pair_of, plane, run, slab, step, totals, velocities
 
-p = pytest.importorskip("pybullet")
-
-from pybullet_scenes import (  # noqa: E402
-    RADIUS,
-    ball,
-    ball_on_plane,
-    pair_of,
-    plane,
-    run,
-    slab,
-    step,
-    totals,
-    velocities,
-)
-
-from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
+from contactlaw.pybullet_callback import ContactCallback
+from sims.contact_point import static_overlap
 
 STEP = 1 / 240
 
@@ -94,7 +81,7 @@ def test_ball_comes_to_rest_at_its_static_overlap_and_stays(client: int, restitu
     body, callback, handle = ball_on_plane(client, STEP, [0, 0, RADIUS + 0.02], restitution=restitution)
     run(client, callback, 1500)
     pair = pair_of()
-    overlap = (0.5 * 9.81 / (4 / 3 * pair.effective_modulus * np.sqrt(RADIUS))) ** (2 / 3)
+    overlap = static_overlap(pair, 0.5 * 9.81, RADIUS)
     heights = []
     for _ in range(200):
         run(client, callback, 1)
@@ -116,7 +103,7 @@ def test_ball_on_a_slope_rolls_or_slides(client: int, angle: float, ground, dt: 
     a, mu = np.radians(angle), 0.3
     pair = pair_of(friction=mu, restitution=0.5)
     floor = ground(client)
-    overlap = (0.5 * 9.81 * np.cos(a) / (4 / 3 * pair.effective_modulus * np.sqrt(RADIUS))) ** (2 / 3)
+    overlap = static_overlap(pair, 0.5 * 9.81 * np.cos(a), RADIUS)
     body = ball(client, [-0.2, 0, RADIUS - overlap])
     p.setGravity(9.81 * np.sin(a), 0, -9.81 * np.cos(a), client)
     p.setTimeStep(dt, client)

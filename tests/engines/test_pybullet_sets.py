@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pybullet_scenes import RADIUS, ball, in_contact, p, pair_of, plane, run, shape, velocities
 
-p = pytest.importorskip("pybullet")
-
-from pybullet_scenes import RADIUS, ball, pair_of, plane, run, shape, velocities  # noqa: E402
-
-from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
+from contactlaw.pybullet_callback import ContactCallback
 
 
 @pytest.mark.parametrize("dt", [1e-6, 1e-4, 1 / 240])
@@ -51,8 +48,7 @@ def test_restart_within_a_contact_is_exact(client: int, dt: float, before: int) 
 def test_sets_meet_each_pair_once(client: int) -> None:
     floor, wall = plane(client), plane(client)
     balls = [ball(client, [0.2 * i, 0, RADIUS + 1e-3], [0, 0, -1.0], radius=RADIUS) for i in range(3)]
-    callback = ContactCallback(client)
-    handle = callback.add_contact(balls, [*balls, floor, (wall, -1)], pair_of())
+    callback, handle = in_contact(client, balls, [*balls, floor, (wall, -1)], pair_of())
     assert callback.states(handle) == []
     with pytest.raises(ValueError, match="use states"):
         callback.state(handle)
@@ -77,8 +73,7 @@ def test_two_contacts_share_an_impact(client: int) -> None:
         for s in (1, -1)
     ]
     body = ball(client, [0, 0, np.sqrt(2.0) * RADIUS + 2e-3], [0, 0, -1.0])
-    callback = ContactCallback(client)
-    callback.add_contact(body, walls, pair_of(friction=0.0, restitution=1.0))
+    callback, _ = in_contact(client, body, walls, pair_of(friction=0.0, restitution=1.0))
     run(client, callback, 3)
     velocity, spin = velocities(client, body)
     np.testing.assert_allclose(velocity, [0, 0, 1.0], atol=1e-3)
@@ -101,8 +96,7 @@ def test_pile_in_a_box_comes_to_rest(client: int) -> None:
     balls = [ball(client, np.array(place) + rng.uniform(-2e-3, 2e-3, 3), radius=radius, mass=0.26) for place in places]
     balls.append(ball(client, [0.003, 0.004, 0.15], radius=radius, mass=0.26))
     p.setGravity(0, 0, -g, client)
-    callback = ContactCallback(client)
-    handle = callback.add_contact(balls, [*balls, *room], pair_of(restitution=0.5, friction=0.3), substeps=30)
+    callback, handle = in_contact(client, balls, [*balls, *room], pair_of(restitution=0.5, friction=0.3), substeps=30)
     run(client, callback, 600)
     carried = []
     for _ in range(50):

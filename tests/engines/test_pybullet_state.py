@@ -4,13 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pybullet_scenes import (
+    FREE,
+    RADIUS,
+    ball,
+    impact,
+    in_contact,
+    p,
+    pair_of,
+    plane,
+    run,
+    shape,
+    slab,
+    step,
+    velocities,
+)
 
-p = pytest.importorskip("pybullet")
-
-from pybullet_scenes import FREE, RADIUS, ball, impact, pair_of, plane, run, shape, slab, step, velocities  # noqa: E402
-
-from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
-from contactlaw.world import World  # noqa: E402
+from contactlaw.pybullet_callback import ContactCallback
+from contactlaw.world import World
 
 G = 9.81
 
@@ -38,10 +49,7 @@ def test_after_the_step_of_an_impact_the_state_is_right(client: int, dt: float, 
     speed, spin = 1.0, 30.0
     height = phase * dt * speed
     floor, body = plane(client), ball(client, [0, 0, RADIUS + height], [0.3, 0, -speed], [0, spin, 0])
-    p.setGravity(0, 0, -G, client)
-    p.setTimeStep(dt, client)
-    callback = ContactCallback(client)
-    handle = callback.add_contact(body, floor, pair_of())
+    callback, handle = in_contact(client, body, floor, pair_of(), dt=dt, gravity=G)
     impacts = 0
     for number in range(1, 9):
         go(client, callback, ahead)
@@ -76,10 +84,7 @@ def test_psi_2_does_not_depend_on_the_step(client: int, dt: float, ahead: bool) 
 def test_energy_of_elastic_bounces(client: int, dt: float, ahead: bool) -> None:
     """Ten seconds, spinning and rough: where the ball flies its energy is that of the start."""
     floor, body = plane(client), ball(client, [0, 0, RADIUS + 0.2], [0.2, 0, 0], [5, 20, 3])
-    p.setGravity(0, 0, -G, client)
-    p.setTimeStep(dt, client)
-    callback = ContactCallback(client)
-    handle = callback.add_contact(body, floor, pair_of(restitution=1.0, friction=0.0))
+    callback, handle = in_contact(client, body, floor, pair_of(restitution=1.0, friction=0.0), dt=dt, gravity=G)
 
     def energy() -> float:
         velocity, spin = velocities(client, body)
@@ -113,9 +118,7 @@ def test_a_gas_of_elastic_balls_keeps_its_energy(client: int, seed: int, ahead: 
         balls.append(
             ball(client, corner + rng.uniform(-4e-3, 4e-3, 3), direction / np.linalg.norm(direction), radius=0.04)
         )
-    p.setTimeStep(dt, client)
-    callback = ContactCallback(client)
-    handle = callback.add_contact(balls, [*balls, *walls], pair_of(friction=0.0, restitution=1.0))
+    callback, handle = in_contact(client, balls, [*balls, *walls], pair_of(friction=0.0, restitution=1.0), dt=dt)
     go(client, callback, ahead, 600)
     while callback.states(handle):
         go(client, callback, ahead)
@@ -128,9 +131,7 @@ def test_a_gas_of_elastic_balls_keeps_its_energy(client: int, seed: int, ahead: 
 @pytest.mark.parametrize("ahead", [True, False])
 def test_what_rests_stands_still_to_the_bit_and_wakes(client: int, ahead: bool) -> None:
     floor, body = plane(client), ball(client, [0.1, 0.2, RADIUS + 0.01])
-    p.setGravity(0, 0, -G, client)
-    callback = ContactCallback(client)
-    callback.add_contact(body, floor, pair_of(restitution=0.5))
+    callback, _ = in_contact(client, body, floor, pair_of(restitution=0.5), gravity=G)
     go(client, callback, ahead, 500)
     place = p.getBasePositionAndOrientation(body, client)
     for _ in range(100):
@@ -144,9 +145,7 @@ def test_what_rests_stands_still_to_the_bit_and_wakes(client: int, ahead: bool) 
 
 def test_what_stands_on_a_body_that_is_taken_away_falls(client: int) -> None:
     plate, body = slab(client), ball(client, [0, 0, RADIUS + 1e-3])
-    p.setGravity(0, 0, -G, client)
-    callback = ContactCallback(client)
-    callback.add_contact(body, plate, pair_of(restitution=0.5))
+    callback, _ = in_contact(client, body, plate, pair_of(restitution=0.5), gravity=G)
     step(callback, 500)
     assert p.getBaseVelocity(body, client)[0] == (0.0, 0.0, 0.0)
     p.resetBasePositionAndOrientation(plate, [0, 0, -1.1], [0, 0, 0, 1], client)
@@ -157,9 +156,7 @@ def test_what_stands_on_a_body_that_is_taken_away_falls(client: int) -> None:
 def test_a_force_of_the_user_is_part_of_the_step(client: int) -> None:
     """A ball that is pressed on the floor with twenty times its weight comes to rest at the overlap of both."""
     floor, body = plane(client), ball(client, [0, 0, RADIUS + 1e-3])
-    p.setGravity(0, 0, -G, client)
-    callback = ContactCallback(client)
-    handle = callback.add_contact(body, floor, pair_of(restitution=0.5))
+    callback, handle = in_contact(client, body, floor, pair_of(restitution=0.5), gravity=G)
     extra = 20.0 * 0.5 * G
     for _ in range(500):
         p.applyExternalForce(body, -1, [0, 0, -extra], [0, 0, 0], p.LINK_FRAME, client)
@@ -178,9 +175,7 @@ def test_a_native_contact_feels_what_presses(client: int) -> None:
     )
     p.changeDynamics(box, -1, physicsClientId=client, **FREE)
     body = ball(client, [0.01, 0.005, 0.1 + RADIUS + 1e-4])
-    p.setGravity(0, 0, -G, client)
-    callback = ContactCallback(client)
-    handle = callback.add_contact(body, box, pair_of(restitution=0.5, friction=0.5))
+    callback, handle = in_contact(client, body, box, pair_of(restitution=0.5, friction=0.5), gravity=G)
     step(callback, 1000)
     weights = []
     for _ in range(100):
@@ -194,8 +189,7 @@ def test_a_native_contact_feels_what_presses(client: int) -> None:
 def test_a_place_given_by_the_user_stays(client: int) -> None:
     """Moved right after an impact: nothing that the place lacked is added to it."""
     floor, body = plane(client), ball(client, [0, 0, RADIUS + 1e-3], [0, 0, -1.0])
-    callback = ContactCallback(client)
-    callback.add_contact(body, floor, pair_of())
+    callback, _ = in_contact(client, body, floor, pair_of())
     run(client, callback, 1)
     p.resetBasePositionAndOrientation(body, [0, 0, 5.0], [0, 0, 0, 1], client)
     p.resetBaseVelocity(body, [0, 0, 0], [0, 0, 0], client)

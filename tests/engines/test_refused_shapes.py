@@ -4,10 +4,9 @@ import numba
 import numpy as np
 import pytest
 
-from contactlaw import MATERIALS, ContactPair
+from contactlaw import ContactPair
 
-STEEL = MATERIALS["steel"]
-PAIR = ContactPair(STEEL, STEEL, friction=0.3, restitution=0.8, radius=0.02)
+PAIR = ContactPair("steel", "steel", friction=0.3, restitution=0.8, radius=0.02)
 CORNERS = [[x, y, z] for x in (-0.02, 0.02) for y in (-0.02, 0.02) for z in (-0.02, 0.02)]
 VERTICES = " ".join(str(x) for corner in CORNERS for x in corner)
 GEOMS = {

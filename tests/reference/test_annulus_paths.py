@@ -8,6 +8,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import ellipk
 
+from tests.reference import mindlin_loop
 from validation.reference import annulus
 from validation.reference.annulus_kernel import hertz_displacement, hertz_force, stored_energy
 from validation.reference.normal_motion import damping, impact_motion, restitution_of
@@ -17,11 +18,6 @@ compiled_only = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="fine 
 
 def hertz_pressure(b, r):
     return 2.0 / math.pi * math.sqrt(max(b * b - r * r, 0.0))
-
-
-def cattaneo_mindlin(s):
-    """F/mu at constant overlap 1, E* = R = 1, over the scaled displacement s in [-1, 1] (Johnson 1985, 7.2)."""
-    return np.sign(s) * 4.0 / 3.0 * (1.0 - (1.0 - np.minimum(np.abs(s), 1.0)) ** 1.5)
 
 
 # --- influence functions ----------------------------------------------------------------------------------------------
@@ -70,7 +66,7 @@ def test_surface_velocity_in_gross_slip_is_uniform():
 def test_cattaneo_mindlin_loading_is_met_to_second_order():
     displacement = np.linspace(0.0, 1.3, 14) + 0.0137  # not on the values where stick retreats by a whole annulus
     displacement[0] = 0.0
-    exact = cattaneo_mindlin(displacement)
+    exact = 4.0 / 3.0 * mindlin_loop.first_loading(displacement)
     counts = np.array([8, 16, 32])
     errors = []
     for n in counts:
@@ -82,17 +78,11 @@ def test_cattaneo_mindlin_loading_is_met_to_second_order():
 
 def test_mindlin_deresiewicz_unloading_and_reloading():
     kappa, friction, annuli = 0.8, 0.3, 16
-    turn = 0.6
-    loading = np.linspace(0.0, turn, 7)
-    unloading = np.linspace(turn, -turn, 13)[1:]
-    scaled = np.concatenate([loading, unloading, loading[1:]])
-    unloaded = cattaneo_mindlin(turn) - 2.0 * cattaneo_mindlin((turn - unloading) / 2.0)
-    reloaded = -cattaneo_mindlin(turn) + 2.0 * cattaneo_mindlin((turn + loading[1:]) / 2.0)
-    exact = friction * np.concatenate([cattaneo_mindlin(loading), unloaded, reloaded])
+    loop = mindlin_loop.cycle(float(mindlin_loop.first_loading(0.6)), 13)
     force = annulus.force_along_path(
-        np.ones(scaled.size), scaled * friction / kappa, kappa=kappa, friction=friction, annuli=annuli
+        np.ones(loop.force.size), loop.displacement * friction / kappa, kappa=kappa, friction=friction, annuli=annuli
     )
-    np.testing.assert_allclose(force, exact, rtol=0.0, atol=0.5 * friction / annuli**2)
+    np.testing.assert_allclose(force, friction * 4.0 / 3.0 * loop.force, rtol=0.0, atol=0.5 * friction / annuli**2)
 
 
 @pytest.mark.parametrize("slope", [0.5, 1.0, 2.0])

@@ -9,15 +9,7 @@ from scipy.integrate import quad, solve_ivp
 
 from tests.reference import sliding_spin, torsion
 from validation.reference import annulus
-from validation.reference.closed_forms import (
-    dundurs,
-    gross_slip,
-    hertz,
-    oscillator,
-    regimes,
-    rigid,
-    waves,
-)
+from validation.reference.closed_forms import dundurs, gross_slip, hertz, oscillator, regimes, rigid, waves
 
 DISK = 1.256
 STEEL = {"modulus": 2.034e11, "nu": 0.28, "density": 7833.0}

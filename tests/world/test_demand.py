@@ -11,7 +11,7 @@ from typing import NoReturn
 import numpy as np
 import pytest
 
-from contactlaw import MATERIALS, ContactPair
+from contactlaw import ContactPair
 from contactlaw.jit import INTERPRETED
 from contactlaw.world import World
 from contactlaw.world.data import demand
@@ -19,7 +19,6 @@ from contactlaw.world.data import demand
 if INTERPRETED:
     pytest.skip("calls by address", allow_module_level=True)
 
-STEEL = MATERIALS["steel"]
 FLIGHT = 3  # steps before the touch
 
 
@@ -29,7 +28,7 @@ def spinning_ball() -> World:
     body = world.add_body(
         mass=0.5, inertia=2e-4, position=(0, 0, 0.02 + (FLIGHT + 0.5) * 1e-3), velocity=(0, 0, -1.0), spin=(0, 0, 50.0)
     )
-    world.add_contact(world.add_sphere(body, radius=0.02), floor, ContactPair(STEEL, STEEL, 0.1, 0.9))
+    world.add_contact(world.add_sphere(body, radius=0.02), floor, ContactPair("steel", "steel", 0.1, 0.9))
     return world
 
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from contactlaw import MATERIALS, ContactPair
+from contactlaw import ContactPair
 from contactlaw.world import World
 from tests.world.world_scenes import mass_of
 
-STEEL = MATERIALS["steel"]
-PAIR = ContactPair(STEEL, STEEL, friction=0.3, restitution=0.5)
+PAIR = ContactPair("steel", "steel", friction=0.3, restitution=0.5)
 RADIUS = 0.01
 MASS = mass_of(RADIUS)
 HIGH = 3.1 * RADIUS  # [m], of the upper ball when it is let go

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from contactlaw.world import World
-from tests.world.world_scenes import FLOOR, RADIUS, balls, mass_of, steel_pair
+from tests.world.world_scenes import FLOOR, RADIUS, balls, goes_on_alike, mass_of, steel_pair
 
 WEIGHT = mass_of(RADIUS) * 9.81
 
@@ -102,15 +102,7 @@ def test_saved_in_mid_contact_it_goes_on_to_the_bit() -> None:
                  timestep=1e-5)  # fmt: skip
     made.step(15)
     assert made.contacts["closed"].all() and made.contacts.size == 1
-    saved = made.save()
-    ends = []
-    for _ in range(2):
-        made.restore(saved)
-        made.step(20)
-        ends.append(made.save())
-    for name in ("position", "velocity", "spin", "quaternion"):
-        np.testing.assert_array_equal(ends[0].bodies[name], ends[1].bodies[name])
-    np.testing.assert_array_equal(ends[0].memory, ends[1].memory)
+    goes_on_alike(made, 20)
 
 
 @pytest.mark.heavy

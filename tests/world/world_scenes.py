@@ -1,9 +1,12 @@
 """Worlds without an engine that tests share: balls of steel between planes, tumbling bodies."""
 
+import re
+from collections.abc import Callable
 from math import pi
 from typing import Any
 
 import numpy as np
+import pytest
 from numpy.typing import ArrayLike
 
 from contactlaw import ContactPair, Material
@@ -36,6 +39,25 @@ def balls(
     more = {"radius": RADIUS, "gravity": (0.0, 0.0, -gravity)} | more
     made: Any = balls_world("none", timestep, pair, places, thrown, spins, **more)
     return made.world
+
+
+def refuses(call: Callable[[World], object], message: str) -> None:
+    """Whether a call on a world of one body is an error with this message."""
+    world = World()
+    world.add_body(1.0, 1.0)
+    with pytest.raises(ValueError, match=re.escape(message)):
+        call(world)
+
+
+def goes_on_alike(world: World, steps: int) -> None:
+    """Whether a world set back to its state moves as it did, to the bit."""
+    saved, ends = world.save(), []
+    for _ in range(2):
+        world.restore(saved)
+        world.step(steps)
+        ends.append([world.position, world.velocity, world.spin, world.quaternion, world.save().memory])
+    for first, second in zip(*ends, strict=True):
+        np.testing.assert_array_equal(first, second)
 
 
 def box_of_planes(half: float) -> list[tuple[Any, Any]]:

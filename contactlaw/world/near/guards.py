@@ -28,9 +28,6 @@ ROUNDING = 1e-15  # of the trace of M0^T M
 PRISM_EXCESS = 0.003  # of a cylinder's radius; it is wider than the prism of `gjk.STAVE` by (1 - cos(pi/32))/2 = 0.0024
 SLACK = 0.2  # of a body's smallest radius: part of its margin, and of `parts_margin`, that does not depend on speed
 PARTS_STEPS = 4.0  # steps at the guard's present speed bound, for `parts_margin`
-# Least gap of cores that count as apart, over the distance by which they can approach; above one, as a later evaluation
-# may count the bodies' loads once more
-APART_FACTOR = 1.5
 
 
 @jit_inside
@@ -183,7 +180,7 @@ def has_plane(w, p, a, b):
 
 @jit_inside
 def cores_stay_apart(w, p, a, b, left):
-    """Return whether the cores of a near pair are too far apart to meet within a time to come [s].
+    """Return whether the cores of a near pair are too far apart to meet within a time to come [s] in free flight.
 
     If there is a plane between them, sets the pair's gap and closing speed to bounds from it, and its time of impact to
     NEVER. One evaluation serves all pairs of parts of the same two shapes.
@@ -195,7 +192,7 @@ def cores_stay_apart(w, p, a, b, left):
         update_guard(w, g, left)
         g.speed_time = g.plane_time
     p.gap, p.closing, p.acceleration, p.toi = g.low - g.high, g.speed, 0.0, NEVER
-    return p.gap > APART_FACTOR * left * g.speed
+    return p.gap > left * g.speed
 
 
 @jit_inside

@@ -33,6 +33,23 @@ def speed_growth_bound(b, time):
 
 
 @jit_inside
+def time_to_spheres(sa, a, sb, b, n, top, left):
+    """Return a time [s], a lower bound, until two shapes meet however their bodies turn.
+
+    Each stays in a sphere about its body's centre of mass. So along normal n, fixed in space, their gap closes as those
+    spheres do, by the motion of both centres. top: present height of B along n over its centre [m], which stays that
+    of a body that does not turn. left: rest of the step [s].
+    """
+    if turn_rate(b) > 0.0 or turning_bound(b, left) > 0.0:
+        top = b.reach + sb.radius
+    gap = dot(n, sub(load(a.position), load(b.position))) - top - a.reach - sa.radius
+    if gap <= 0.0:
+        return 0.0
+    push = dot(n, sub(acceleration_of(b), acceleration_of(a))) + change_bound(a, 0.0, left) + change_bound(b, 0.0, left)
+    return time_to_close(gap, dot(n, sub(load(b.velocity), load(a.velocity))), push)
+
+
+@jit_inside
 def predict(w, p, a, b, now, left):
     """Predict the time of impact [s] of a near pair: a lower bound, NEVER if it is not within the step.
 
@@ -65,6 +82,15 @@ def predict(w, p, a, b, now, left):
         wait = time_to_close(p.gap, p.closing, p.acceleration)
         p.toi = now + wait if wait < left else NEVER
         return
+    rate = turn_rate(a) + turn_rate(b)
+    if rate * left > LARGEST_TURN:
+        wait = time_to_spheres(sa, a, sb, b, n, dot(n, arm_b), left)
+        if not wait < left:
+            p.toi = NEVER
+            return
+        if wait * rate > LARGEST_TURN:  # further than bounds on single points look ahead
+            p.toi = now + wait
+            return
     if sa.kind >= SEGMENT:
         ask_time(types.uint64(whole_at(sa.swept, OF_TIME)), p, sa, a, sb, b, n, arm_a, left)
         return

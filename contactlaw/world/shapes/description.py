@@ -163,7 +163,8 @@ class Shapes:
     ) -> int:  # fmt: skip
         """Fix a height field to a body, or to the world: None; returns the shape's number.
 
-        The surface through the heights is smooth. Shapes that meet planes touch it from above.
+        The surface through the heights is smooth. Shapes that meet planes touch it from above, by the same points:
+        sides of capsules and edges of boxes and hulls do not meet its ridges.
 
         Args:
             body: Number of the body.

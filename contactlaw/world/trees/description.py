@@ -84,7 +84,7 @@ class Tree:
         for number, part in enumerate(parts):
             if not part.joints:
                 raise ValueError(f"joints: part {number} has none; make it one body with its parent")
-            if not -1 <= part.parent < number:
+            if checks.count("parent", part.parent, -1) >= number:
                 raise ValueError(f"parent = {part.parent}: of part {number} must be from -1 to {number - 1}")
         self.rows = records_of([_checked(part) for part in parts])
         self.start = self.rows.start

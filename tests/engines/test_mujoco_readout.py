@@ -1,0 +1,105 @@
+"""What a user reads of contacts: wrenches, slip, observations; and what reads the engine's own contacts alone."""
+
+import warnings
+
+import numpy as np
+import pytest
+from mujoco_scenes import BALL, SLED, mujoco, steel_pair
+
+from contactlaw import MATERIALS, ContactPair, ContactWarning
+from contactlaw.mujoco_plugin import contact_wrenches, contacts_of, load_model, save_model
+
+RUBBER = MATERIALS["rubber"]
+
+
+def test_wrenches_are_those_that_the_engine_reads_of_its_own_contacts():
+    """A sled at rest that is pulled and twisted: what holds it is all that is applied, about its centre of mass."""
+    push = np.array([1.0, 0.5, -2.0, 0.1, 0.05, -0.02])  # force, moment
+    pair = ContactPair(RUBBER, RUBBER, friction=1.0, restitution=0.5)
+    model = load_model(SLED, [("foot*", "floor", pair)])
+    found = []
+    for m in (mujoco.MjModel.from_xml_string(SLED), model):
+        data = mujoco.MjData(m)
+        data.xfrc_applied[1] = push
+        mujoco.mj_step(m, data, 2000)
+        mujoco.mj_subtreeVel(m, data)
+        mujoco.mj_rnePostConstraint(m, data)
+        found.append(contact_wrenches(m, data) if m is model else data.cfrc_ext - [[0] * 6, [*push[3:], *push[:3]]])
+    expected = [*-push[3:], -push[0], -push[1], 2 * 9.81 - push[2]]
+    assert found[1].shape == (2, 6) and not found[1][0].any()
+    np.testing.assert_allclose(found[1][1], expected, atol=2e-3)
+    np.testing.assert_allclose(found[0][1], expected, atol=0.02)  # whose own contact creeps
+
+
+def test_slip_is_told():
+    pair = ContactPair(RUBBER, RUBBER, friction=0.5, restitution=0.5)
+    model = load_model(SLED, [("foot*", "floor", pair)])
+    name = "contactlaw:foot0..foot3(4):floor"
+    states = []
+    for push in (0.0, 0.5, 1.5):
+        data = mujoco.MjData(model)
+        data.qpos[2] -= 1e-4
+        mujoco.mj_step(model, data, 500)
+        data.xfrc_applied[1, 0] = push * 0.5 * 2 * 9.81
+        mujoco.mj_step(model, data, 100)
+        contact = contacts_of(model, data, name)[0]
+        states.append(contact.slip)
+        assert contact.point[2] == pytest.approx(0.0, abs=1e-3)
+        assert contact.contact_radius == pytest.approx(np.sqrt(0.02 * contact.overlap), rel=1e-6)
+        share = np.linalg.norm(contact.tangential_force) / (0.5 * contact.normal_force)
+        if push < 1.0:
+            expected = contact.contact_radius * (1 - share) ** (1 / 3)
+            assert contact.stick_radius == pytest.approx(expected, rel=1e-9)
+    assert states == ["stuck", "partly", "sliding"]
+
+
+def test_the_ant_of_gymnasium_has_its_observations_back(tmp_path):
+    """Standing on its feet it is lifted by its weight, by the law as by the engine."""
+    ant = pytest.importorskip("gymnasium.envs.mujoco.ant_v5")
+    pytest.importorskip("imageio")
+
+    class Ant(ant.AntEnv):
+        @property
+        def contact_forces(self):
+            own = self.data.cfrc_ext + contact_wrenches(self.model, self.data)
+            return np.clip(own, *self._contact_force_range)
+
+    lifted = []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # what gymnasium's own files are warned of, deep overlaps of soft feet
+        file = Ant().fullpath
+        sole = ContactPair(RUBBER, MATERIALS["steel"], friction=0.8, restitution=0.5)
+        ours = save_model(file, tmp_path / "ant.xml", [("*", "*", sole)])
+        for xml in (file, str(ours)):
+            env = Ant(xml_file=xml, contact_force_range=(-1e3, 1e3), reset_noise_scale=0.0)
+            observed = env.reset(seed=1)[0]
+            for _ in range(60):
+                observed = env.step(np.zeros(8))[0]
+            assert observed.shape == (105,) and np.array_equal(observed[27:].reshape(13, 6), env.contact_forces[1:])
+            lifted.append(env.contact_forces[:, 5].sum() / (9.81 * env.model.body_subtreemass[0]))
+            env.close()
+    assert lifted == pytest.approx([1.0, 1.0], abs=0.05)
+
+
+def test_what_knows_the_contacts_of_the_engine_alone_is_told_of():
+    """Adhesion and <contact> sensors, where they are on what touches by the law."""
+    if not hasattr(mujoco.mjtSensor, "mjSENS_CONTACT"):
+        pytest.skip("this MuJoCo has no such sensor")
+    both = """<body name="c" pos="1 0 .025"><freejoint/><geom name="cube" type="box" size=".02 .02 .02"/></body>
+    </worldbody><actuator><adhesion name="grip" body="b" ctrlrange="0 1"/>
+    <adhesion name="other" body="c" ctrlrange="0 1"/></actuator><sensor>
+    <contact name="felt" geom1="ball"/><contact name="under" subtree1="b" body2="world"/><contact name="any"/>
+    <contact name="cubes" geom1="cube"/><contact name="far" subtree1="world" geom2="cube"/></sensor>"""
+    with pytest.warns(ContactWarning) as told:
+        model = load_model(BALL.replace("</worldbody>", both), [("ball", "floor", steel_pair())])
+    said = {str(one.message) for one in told}
+    assert {text.split(":")[0] for text in said} == {
+        "actuator 'grip'",
+        "sensor 'felt'",
+        "sensor 'under'",
+        "sensor 'any'",
+    }
+    assert (
+        "actuator 'grip': adhesion of body 'b' acts by the engine's own contacts, and not by those of the law" in said
+    )
+    assert model.nsensor == 5
