@@ -7,6 +7,7 @@ import operator
 import re
 from collections.abc import Iterable
 from decimal import Decimal
+from fnmatch import fnmatchcase
 from importlib import import_module
 from numbers import Real
 from typing import Any
@@ -184,6 +185,12 @@ WILD = "*?["
 def is_wild(text: str) -> bool:
     """Return whether a text is a shell pattern."""
     return any(mark in text for mark in WILD)
+
+
+def fitting(text: str, names: Iterable[str]) -> list[str]:
+    """Return those of the names that a text means: itself, or all that fit it if it is a shell pattern."""
+    known = list(names)
+    return [text] if text in known else [name for name in known if is_wild(text) and fnmatchcase(name, text)]
 
 
 def flat(items: Iterable[Any], one: Any = str) -> list[Any]:

@@ -42,7 +42,6 @@ HEAD = record(
     given="u8",  # address of the generalised force (nv,) that compute gave last
     # ranges of the numbers that are compared, how many, and how many of these are of heights; copies: see `edits`
     ranges="u8", range_count="i8", height_ranges="i8", watched="u8",
-    frictions="u8",  # address of the friction that the user has given each pair of the world; NaN: none
     # sensors: address of `sense`, 0: none; whether it is running; whether for means; room; for each shape the centre
     # of mass of its body in the frame of its geom
     sense="u8", sensing="i8", averages="i8", loads="u8", body_count="i8", sensors="u8", sensor_count="i8", centres="u8",
@@ -54,7 +53,6 @@ HEAD = record(
     geoms="u8",  # address of the geom of each shape of the world
     reported="u8",  # address of the codes that have been reported of each instance, see `notices`
     about="i8", about_a="i8", about_b="i8",  # instance and geoms of the present report; -1: none
-    instances="u8",  # address of the instance of each pair of the world
     # within a step
     model="u8", data="u8",
     start="u8",  # address of the state at its start

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import groupby
 from typing import Any
 
 from contactlaw import checks, losses
-from contactlaw.laws import law_of, text_of
+from contactlaw.laws import text_of
 from contactlaw.material import MATERIALS, Material
 from contactlaw.pair import ContactPair
 
@@ -20,31 +20,10 @@ BLIND = "contactlaw.blind"
 without force or acceleration sensors are given this one.
 """
 
-KEYS = (
-    "geom1", "geom2", "material1", "material2", "friction", "restitution", "radius", "law", "stiffness_ratio",
-    "rolling_resistance", "substeps", "rounding", "native", "overlaps", "name",
-)  # fmt: skip
-"""Configuration keys of the plugin; geom1, geom2, material1, material2 and friction are required.
-
-geom1, geom2: name of a geom, or names separated by spaces, or by bars "|": each geom of geom1 may touch each of geom2.
-native: contype and conaffinity of each geom before the law took over, geom1's first: "1/1", or runs "1/1x20 0/1x3";
-if given, the instance has only those pairs that the engine would have tested with these bits. material1, material2: a
-name in `MATERIALS`, or "E nu" in SI units. friction, restitution: a number, or a function in `contactlaw.losses` with
-its fields, such as "plastic yield_speed=0.1"; friction "geoms": the coefficients of the geoms, combined by the engine's
-rule, "geoms 12" with room for 12 different values (default 8). law: as for `laws.law_of`, such as "microslip
-node_count=32". substeps: least number of substeps in a contact; the largest value in a model holds for all contacts.
-rounding: radius [m] of the edges of boxes and cylinders; default a tenth of the smallest half length of each. overlaps:
-"keep": shapes that are found overlapping are pushed apart; default "relax": they count as just touching, see
-`world.contacts.touch.begin_contact`. name: name of the instance. MuJoCo prefixes and suffixes all names of a model that
-is attached to another; the prefix and suffix of the geoms are found by comparing the instance's name with this one.
-"""
-
 SUBSTEPS = 100
 """Default least number of substeps in a contact; the error of an impact is then about 3e-4 in psi_2."""
-
-
 LEAST_SUBSTEPS = 10
-FRICTION_ROOM = 8  # default number of different friction coefficients of the geoms of one instance
+GEOMS = "geoms"  # in place of a friction coefficient
 OVERLAPS = ("relax", "keep")
 
 
@@ -62,7 +41,7 @@ class Contact:
     Attributes as in `KEYS` and in `spec.add_contact`, and
         ones, twos: The geoms: of a specification, or, when read from a configuration, one text with their names.
         pair: A `ContactPair`; None: the engine keeps its own contact of these geoms.
-        frictions: Room for this many different coefficients of the geoms; 0: the coefficient is that of `pair`.
+        geom_friction: Whether the friction coefficient is that of the geoms, not of `pair`.
         as_native: Whether only those pairs are meant that the model tests natively ("*" in `load_model`).
         number: Index in the list given to `load_model`, for messages.
     """
@@ -72,7 +51,7 @@ class Contact:
     pair: Any
     substeps: int = SUBSTEPS
     rounding: float | None = None
-    frictions: int = 0
+    geom_friction: bool = False
     overlaps: str = "relax"
     native: tuple[tuple[int, int], ...] = ()
     name: str = ""
@@ -93,27 +72,25 @@ class Contact:
 def write(contact: Contact) -> dict[str, str]:
     """Return the configuration of an instance, from which `read` recovers this contact exactly."""
     pair = contact.pair
-    config = {
+    runs = ((f"{bits[0]}/{bits[1]}", len(list(run))) for bits, run in groupby(contact.native))
+    given: dict[str, str | float | None] = {
         "name": contact.name,
         "geom1": _joined([geom.name for geom in contact.ones]),
         "geom2": _joined([geom.name for geom in contact.twos]),
         "material1": f"{pair.a.youngs_modulus!r} {pair.a.poissons_ratio!r}",
         "material2": f"{pair.b.youngs_modulus!r} {pair.b.poissons_ratio!r}",
-        "friction": f"geoms {contact.frictions}" if contact.frictions else losses.text_of(pair.friction),
+        "friction": GEOMS if contact.geom_friction else losses.text_of(pair.friction),
         "restitution": losses.text_of(pair.restitution),
+        "radius": pair.radius,
         "law": text_of(pair.rule),
+        "stiffness_ratio": pair.stiffness_ratio,
+        "rolling_resistance": pair.rolling_resistance or None,
         "substeps": str(contact.substeps),
+        "rounding": contact.rounding,
+        "native": " ".join(f"{bits}x{count}" for bits, count in runs) or None,
         "overlaps": contact.overlaps,
     }
-    numbers = {
-        "radius": pair.radius, "stiffness_ratio": pair.stiffness_ratio, "rounding": contact.rounding,
-        "rolling_resistance": pair.rolling_resistance or None,
-    }  # fmt: skip
-    config |= {key: repr(float(number)) for key, number in numbers.items() if number is not None}
-    if contact.native:
-        runs = ((f"{bits[0]}/{bits[1]}", len(list(run))) for bits, run in groupby(contact.native))
-        config["native"] = " ".join(f"{bits}x{count}" for bits, count in runs)
-    return config
+    return {key: one if isinstance(one, str) else repr(float(one)) for key, one in given.items() if one is not None}
 
 
 def _joined(names: list[str]) -> str:
@@ -125,53 +102,30 @@ def split(text: str) -> list[str]:
     return text.split("|") if "|" in text else text.split()
 
 
-@cache  # called for each mjData; the pair warns of normal-tangential coupling only once
-def read(items: tuple[tuple[str, str], ...]) -> Contact:
-    """Return the contact that a configuration describes.
-
-    Raises:
-        ValueError: A key is missing or a value is not allowed; the message names it.
-    """
-    config = {key: value for key, value in items if value}
-    for key in ("geom1", "geom2", "material1", "material2", "friction"):
-        if key not in config:
-            raise ValueError(f"{key}: missing in the configuration of {PLUGIN_NAME}")
-
-    of_geoms = re.fullmatch(r"geoms(?: (\d+))?", config["friction"])
-    substeps: Any = config.get("substeps", str(SUBSTEPS))
-
-    def optional(key: str) -> float | None:
-        text = config.get(key)
-        if text is not None and not losses.NUMBER.fullmatch(text.strip()):
-            raise ValueError(f"{key} = {text!r}: must be a number")
-        return None if text is None else float(text)
-
-    pair = ContactPair(
-        _material("material1", config["material1"]),
-        _material("material2", config["material2"]),
-        0.0 if of_geoms else losses.read("friction", config["friction"]),
-        restitution=losses.read("restitution", config.get("restitution", "1")),
-        radius=optional("radius"),
-        law=law_of(config.get("law", "microslip")),
-        stiffness_ratio=optional("stiffness_ratio"),
-        rolling_resistance=optional("rolling_resistance") or 0.0,
-    )
-    return Contact(
-        (config["geom1"],), (config["geom2"],), pair,
-        int(substeps) if substeps.strip().isdecimal() else substeps,
-        optional("rounding"),
-        int(of_geoms[1] or FRICTION_ROOM) if of_geoms else 0,
-        config.get("overlaps", "relax"),
-        tuple(bits for run in config.get("native", "").split() for bits in _bits(run)),
-        config.get("name", ""),
-    )  # fmt: skip
+def _text(key: str, text: str) -> str:
+    return text
 
 
-def _bits(run: str) -> list[tuple[int, int]]:
-    found = re.fullmatch(r"(\d+)/(\d+)(?:x(\d+))?", run)
-    if not found:
-        raise ValueError(f"native = {run!r}: must be 'CONTYPE/CONAFFINITY' or 'CONTYPE/CONAFFINITYxCOUNT'")
-    return int(found[3] or 1) * [(int(found[1]), int(found[2]))]
+def _number(key: str, text: str) -> float:
+    if not losses.NUMBER.fullmatch(text.strip()):
+        raise ValueError(f"{key} = {text!r}: must be a number")
+    return float(text)
+
+
+def _whole(key: str, text: str) -> Any:
+    return int(text) if text.strip().isdecimal() else text
+
+
+def _friction(key: str, text: str) -> Any:
+    """Return the friction of a pair; None: that of the geoms, whatever number older versions wrote behind."""
+    return None if text.split(" ")[0] == GEOMS else losses.read(key, text)
+
+
+def _bits(key: str, text: str) -> tuple[tuple[int, int], ...]:
+    runs = [re.fullmatch(r"(\d+)/(\d+)(?:x(\d+))?", run) for run in text.split()]
+    if None in runs:
+        raise ValueError(f"{key} = {text!r}: must be 'CONTYPE/CONAFFINITY' or 'CONTYPE/CONAFFINITYxCOUNT', or several")
+    return tuple((int(run[1]), int(run[2])) for run in runs if run for _ in range(int(run[3] or 1)))
 
 
 def _material(key: str, text: str) -> Material:
@@ -185,3 +139,43 @@ def _material(key: str, text: str) -> Material:
         return Material(float(words[0]), float(words[1]))
     except ValueError as error:
         raise ValueError(f"{key} = {text!r}: {error}") from None
+
+
+SIDES = {"geom1": _text, "geom2": _text}
+REQUIRED = {"material1": _material, "material2": _material, "friction": _friction}
+OF_PAIR = {"restitution": losses.read, "radius": _number, "law": _text, "stiffness_ratio": _number,
+           "rolling_resistance": _number}  # fmt: skip
+OF_CONTACT = {"substeps": _whole, "rounding": _number, "native": _bits, "overlaps": _text, "name": _text}
+KEYS: dict[str, Callable[[str, str], Any]] = SIDES | REQUIRED | OF_PAIR | OF_CONTACT
+"""Configuration keys of the plugin; geom1, geom2, material1, material2 and friction are required.
+
+geom1, geom2: name of a geom, or names separated by spaces, or by bars "|": each geom of geom1 may touch each of geom2.
+native: contype and conaffinity of each geom before the law took over, geom1's first: "1/1", or runs "1/1x20 0/1x3";
+if given, the instance has only those pairs that the engine would have tested with these bits. material1, material2: a
+name in `MATERIALS`, or "E nu" in SI units. friction, restitution: a number, or a function in `contactlaw.losses` with
+its fields, such as "plastic yield_speed=0.1"; friction "geoms": the coefficients of the geoms, combined by the engine's
+rule. law: as for `laws.law_of`, such as "microslip node_count=32". substeps: least number of substeps in a contact; the
+largest value in a model holds for all contacts. rounding: radius [m] of the edges of boxes and cylinders; default a
+tenth of the smallest half length of each. overlaps: "keep": shapes that are found overlapping are pushed apart; default
+"relax": they count as just touching, see `world.contacts.touch.begin_contact`. name: name of the instance. MuJoCo
+prefixes and suffixes all names of a model that is attached to another; the prefix and suffix of the geoms are found by
+comparing the instance's name with this one.
+"""
+
+
+@cache  # called for each mjData; the pair warns of normal-tangential coupling only once
+def read(items: tuple[tuple[str, str], ...]) -> Contact:
+    """Return the contact that a configuration describes.
+
+    Raises:
+        ValueError: A key is missing or a value is not allowed; the message names it.
+    """
+    texts = {key: text for key, text in items if text}
+    for key in SIDES | REQUIRED:
+        if key not in texts:
+            raise ValueError(f"{key}: missing in the configuration of {PLUGIN_NAME}")
+    given = {key: KEYS[key](key, text) for key, text in texts.items()}
+    of_pair, of_contact = ({key: given[key] for key in keys if key in given} for keys in (OF_PAIR, OF_CONTACT))
+    one, two, friction = (given[key] for key in REQUIRED)
+    pair = ContactPair(one, two, 0.0 if friction is None else friction, **of_pair)
+    return Contact((given["geom1"],), (given["geom2"],), pair, geom_friction=friction is None, **of_contact)

@@ -75,7 +75,7 @@ def load_model(
     Raises:
         ValueError: The model cannot be read, or the law cannot serve a contact; the message names the geom.
     """
-    return _compile_with_contacts(model, contacts, assets, settings)[1]
+    return _compile_with_contacts(model, contacts, assets, **settings)[1]
 
 
 def model_xml(model: Source, contacts: Contacts, *, assets: Mapping[str, bytes] | None = None, **settings: Any) -> str:
@@ -87,7 +87,7 @@ def model_xml(model: Source, contacts: Contacts, *, assets: Mapping[str, bytes] 
     Raises:
         ValueError: As `load_model`; or MuJoCo cannot write this model so that reading it gives the same model.
     """
-    spec, compiled = _compile_with_contacts(model, contacts, assets, settings)
+    spec, compiled = _compile_with_contacts(model, contacts, assets, **settings)
     choice = hasattr(spec.compiler, "savecompiled")  # from 3.16 on
     for exact in (True, False) if choice else (True,):  # models with <replicate> can be saved only when compiled
         if choice:
@@ -142,30 +142,26 @@ def save_model(
 
 def instances_of(model: mujoco.MjModel) -> list[str]:
     """Return the names of the contacts in a compiled model, for `contacts_of` and `ledger_of`."""
-    return [
-        mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, number)
-        for number in contact_instances(layout.view_of(model))
-    ]
+    view = layout.view_of(model)
+    return [view.name("plugin", number) for number in contact_instances(view)]
 
 
 def _compile_with_contacts(
-    model: Source, contacts: Contacts, assets: Mapping[str, bytes] | None, asked: dict[str, Any]
-) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
+    model: Source, contacts: Contacts, assets: Mapping[str, bytes] | None, *, friction: Any = None,
+    restitution: Any = None, overlaps: Any = "relax", skip: Any = (), **settings: Any,
+) -> tuple[mujoco.MjSpec, mujoco.MjModel]:  # fmt: skip
     """Return the specification with the law in it, and the compiled model; see `load_model`."""
     spec = _spec_of(model, assets)
     plain = spec.compile()
     if plain.opt.enableflags & layout.SLEEP:  # `init` does not see it, as compiling turns it off
         raise ValueError('model: <flag sleep="enable"/> must be off; a body that is struck by the law would not wake')
     if not isinstance(contacts, Mapping):
-        for name in asked.keys() & {"friction", "restitution"}:
-            raise ValueError(
-                f"{name} = {asked[name]!r}: is of a table of materials; contacts of a list have their pair's"
-            )
-    friction, restitution = asked.pop("friction", None), asked.pop("restitution", 1.0)
-    overlaps = checks.one_of("overlaps", asked.pop("overlaps", "relax"), OVERLAPS)
-    asked["overlaps"] = "keep" if overlaps == "keep" else "relax"
-    left = parse_skip(spec, asked.pop("skip", ()))
-    every = parse_contacts(spec, contacts, asked, friction, restitution)
+        for name, own in (("friction", friction), ("restitution", restitution)):
+            if own is not None:
+                raise ValueError(f"{name} = {own!r}: is of a table of materials; contacts of a list have their pair's")
+    settings["overlaps"] = "keep" if checks.one_of("overlaps", overlaps, OVERLAPS) == "keep" else "relax"
+    left = parse_skip(spec, skip)
+    every = parse_contacts(spec, contacts, settings, friction, 1.0 if restitution is None else restitution)
     some = [entry for entry in every if not entry.as_native]
     for entry in some:
         if not entry.others and spec.compiler.discardvisual:

@@ -20,7 +20,6 @@ from typing import Any
 import mujoco
 
 from contactlaw.material import Material, material_of
-from contactlaw.mujoco_plugin import config
 from contactlaw.mujoco_plugin.config import Contact
 from contactlaw.mujoco_plugin.selection import first_of, geoms_of
 from contactlaw.mujoco_plugin.shapes import native_margin, shape_of, touch, why_not_served
@@ -90,7 +89,7 @@ def _entry(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, 
         )
     ones, twos = (_geoms(spec, entry[i], f"contacts[{number}], geoms{i + 1}") for i in range(2))
     own = {**settings, **(entry[3] if len(entry) == 4 else {})}
-    unknown = set(own) - {"as_native", "others", "substeps", "rounding", "frictions", "overlaps"}
+    unknown = set(own) - {"as_native", "others", "substeps", "rounding", "geom_friction", "overlaps"}
     if unknown:
         raise TypeError(f"contacts[{number}]: there is no setting {sorted(unknown)[0]!r}")
     own.setdefault("as_native", is_every(entry[0]) or is_every(entry[1]))
@@ -109,11 +108,10 @@ def _of_materials(
         own = material_of(f"contacts[{what!r}]", material)
         owner |= dict.fromkeys(_geoms(spec, what, f"contacts[{what!r}]"), own)
     alike = groups(owner, owner.__getitem__)
-    room = config.FRICTION_ROOM + len({(float(geom.friction[0]), geom.priority) for geom in owner})
     for one, two in combinations_with_replacement(alike, 2):
         mu = friction(one, two) if callable(friction) else 0.0 if friction is None else friction
         e = restitution(one, two) if callable(restitution) else restitution
-        own = {"as_native": True, "frictions": room if friction is None else 0}
+        own = {"as_native": True, "geom_friction": friction is None}
         yield alike[one], alike[two], ContactPair(one, two, mu, e), own
 
 
@@ -146,38 +144,35 @@ def replace_all(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[Co
 
     def why_native(one: Any, two: Any) -> str | None:
         """Return why the engine keeps a pair, "" if no entry of the law fits; None if it does not keep it."""
-        if one not in belongs or two not in belongs:
-            return ""
-        fits = [(a[0] and b[1]) or (b[0] and a[1]) for a, b in zip(belongs[one], belongs[two], strict=True)]
-        entry = next((entry for entry, own in zip(entries[::-1], fits[::-1], strict=True) if own), None)
-        if entry is None or entry.pair is None:
-            return ""
-        why = why_not_served(shapes[one], shapes[two])
-        return why if entry.others else None
+        if one in belongs and two in belongs:
+            for entry, a, b in zip(entries[::-1], belongs[one][::-1], belongs[two][::-1], strict=True):
+                if (a[0] and b[1]) or (b[0] and a[1]):
+                    why = why_not_served(shapes[one], shapes[two])
+                    return "" if entry.pair is None else why if entry.others else None
+        return ""
 
     kinds = groups(before, kind_of)
-    kept: dict[Any, list[Any]] = {kind: [] for kind in kinds}
-    unserved: dict[tuple[str, str], str] = {}
+    kept: dict[Any, set[Any]] = {kind: set() for kind in kinds}
+    served, unserved = set[Any](), dict[tuple[str, ...], str]()
     for first, second in combinations_with_replacement(kinds, 2):
         one, two = kinds[first][0], kinds[second][-1]
         if not touch(before[one], before[two]):
             continue
         why = why_native(one, two)
-        if why is not None:
-            kept[first].append(second)
-            kept[second].append(first)
+        if why is None:
+            served.update(kinds[first], kinds[second])
+            continue
+        kept[first].add(second)
+        kept[second].add(first)
         if why and _can_meet(plain, kinds[first], kinds[second]):
-            types = sorted((shapes[one].type, shapes[two].type))
-            unserved.setdefault((types[0], types[1]), f"{shapes[one].label} on {shapes[two].label}")
-    served: set[Any] = set()
+            types = tuple(sorted((shapes[one].type, shapes[two].type)))
+            unserved.setdefault(types, f"{shapes[one].label} on {shapes[two].label}")
+    named = {geom.name: geom for geom in geoms}
     for pair in spec.pairs:
-        ends = [next((geom for geom in geoms if geom.name == name), None) for name in (pair.geomname1, pair.geomname2)]
+        ends = [named.get(name) for name in (pair.geomname1, pair.geomname2)]
         if None not in ends and why_native(*ends) is None:
             pair.margin, pair.gap = native_margin(*(shapes[geom] for geom in ends))
             served.update(ends)
-    for kind, partners in kept.items():
-        if len(set(partners)) < sum(touch(before[kinds[kind][0]], before[kinds[other][0]]) for other in kinds):
-            served.update(kinds[kind])
     _write_bits(spec, kinds, kept)
     for entry in entries:
         ones, twos = ([geom for geom in own if geom in served] for own in (entry.ones, entry.twos))
@@ -190,7 +185,7 @@ def replace_all(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[Co
         warnings.warn(text, ContactWarning, stacklevel=5)
 
 
-def _write_bits(spec: mujoco.MjSpec, kinds: dict[Any, list[Any]], kept: dict[Any, list[Any]]) -> None:
+def _write_bits(spec: mujoco.MjSpec, kinds: dict[Any, list[Any]], kept: dict[Any, set[Any]]) -> None:
     """Set contype and conaffinity so that each kind of geoms touches the kinds in kept[kind] and nothing else."""
     rows = {kind: frozenset(partners) for kind, partners in kept.items()}
     own = {row: 1 << number for number, row in enumerate(dict.fromkeys(row for row in rows.values() if row))}

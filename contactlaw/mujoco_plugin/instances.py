@@ -8,20 +8,19 @@ Bodies welded together count as one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from functools import cached_property
-from itertools import chain, combinations_with_replacement
-from math import inf, isnan, nan
-from typing import NamedTuple
+from itertools import chain
+from math import inf
+from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from contactlaw.mujoco_plugin import config, layout
 from contactlaw.mujoco_plugin.layout import LIBRARY
-from contactlaw.mujoco_plugin.shapes import Bits, Shape, check_served, native_margin, touch, type_of
-from contactlaw.pair import ContactPair
+from contactlaw.mujoco_plugin.shapes import Bits, Shape, native_margin, touch, type_of
 from contactlaw.world.near.sets import Sets, groups
 
 FILTER_PARENT = int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
@@ -59,46 +58,23 @@ def unserved_readers(view: layout.ModelView) -> Iterator[str]:
     sticky, sensors = (np.flatnonzero(own) for own in (view.actuator_trntype == _ADHESION, view.sensor_type == _SENSOR))
     if not (sticky.size or sensors.size):
         return
-    geoms = np.unique([geom for number in contact_instances(view) for geom in ContactInstance(view, number).geoms])
-
-    def on(kind: int, number: int) -> bool:
-        """Return whether an object has geoms of the law; a site, or no object, may have any."""
-        bodies = view.geom_bodyid[geoms].copy()
-        while kind == _TREE and (bodies > number).any():
-            bodies[bodies > number] = view.body_parentid[bodies[bodies > number]]
-        own = {_GEOM: geoms, _BODY: bodies, _TREE: bodies}.get(kind)
-        return own is None or number in own
-
+    geoms = {geom for number in contact_instances(view) for geom in ContactInstance(view, number).geoms}
+    bodies, above = set(view.geom_bodyid[list(geoms)].tolist()), set[int]()
+    for body in bodies:
+        while body and body not in above:
+            above.add(body)
+            body = int(view.body_parentid[body])
+    of_law = {_GEOM: geoms, _BODY: bodies, _TREE: above | {0}}  # a site, or no object, may have any geoms
     for k in sticky.tolist():
         body = int(view.actuator_trnid[k, 0])
-        if on(_BODY, body):
+        if body in bodies:
             what = f"actuator {view.label('actuator', k)}: adhesion of body {view.label('body', body)}"
             yield f"{what} acts by the engine's own contacts, and not by those of the law"
     for k in sensors.tolist():
         ends = (view.sensor_objtype[k], view.sensor_objid[k]), (view.sensor_reftype[k], view.sensor_refid[k])
-        if all(on(int(kind), int(number)) for kind, number in ends):
+        if all(number in of_law.get(int(kind), (number,)) for kind, number in ends):
             what = f"sensor {view.label('sensor', k)}: measures the engine's own contacts, and not"
             yield f"{what} those of the law; use contacts_of, or a sensor contactlaw.contact"
-
-
-def friction_of(one: tuple[float, int], two: tuple[float, int]) -> float:
-    """Return the friction coefficient of two geoms given as (friction, priority), by the engine's rule.
-
-    The coefficient of the geom with the higher priority, or the greater one if the priorities are equal.
-    """
-    return max(one[0], two[0]) if one[1] == two[1] else max(one, two, key=lambda own: own[1])[0]
-
-
-class Rule(NamedTuple):
-    """Whether each geom of one set may touch each geom of the other."""
-
-    ones: frozenset[int]
-    twos: frozenset[int]
-    allowed: bool
-
-    def fits(self, one: int, two: int) -> bool:
-        """Return whether the rule is about these two geoms."""
-        return (one in self.ones and two in self.twos) or (two in self.ones and one in self.twos)
 
 
 def explicit_pairs(view: layout.ModelView) -> Iterable[tuple[int, int, float]]:
@@ -106,37 +82,60 @@ def explicit_pairs(view: layout.ModelView) -> Iterable[tuple[int, int, float]]:
     return zip(view.pair_geom1.tolist(), view.pair_geom2.tolist(), view.pair_margin.tolist(), strict=True)
 
 
-def rules_of(view: layout.ModelView, bits: Mapping[int, Bits]) -> list[Rule]:
-    """Return rules by which pairs of these geoms belong to the law or do not; the last one that fits a pair holds.
+def contact_of_kinds(
+    view: layout.ModelView, known: Sequence[ContactInstance]
+) -> tuple[dict[int, int], NDArray[np.int64]]:
+    """Return a kind for each geom, and a matrix of the contact that geoms of two kinds make: an index, or -1.
 
-    A pair that the engine would not have tested before the law took over is not the law's; nor is one that the engine
-    still tests now. A `<pair>` with a negative margin is one that `disable_native` or `entries` wrote, so it is the
-    law's.
-
-    Args:
-        view: The compiled model.
-        bits: contype and conaffinity of each geom before the law took over.
+    Of several contacts that hold two geoms, the last one has them; those that hold only native pairs come first. The
+    native pairs of the law are those that the engine would have tested before the law took over, and does not test now.
+    A `<pair>` with a negative margin is one that `disable_native` or `entries` wrote, so it is the law's.
     """
-    contype, affinity, owner = view.geom_contype, view.geom_conaffinity, view.geom_bodyid
-    weld, parent, tree = view.body_weldid, view.body_parentid, view.body_treeid
-    kinds = groups(bits, lambda geom: (bits[geom], (int(contype[geom]), int(affinity[geom]))))
-    rules: list[tuple[Iterable[int], Iterable[int], bool]] = [
-        (kinds[one], kinds[two], False)
-        for one, two in combinations_with_replacement(kinds, 2)
-        if not touch(one[0], two[0]) or touch(one[1], two[1])
-    ]
-    carried = groups(bits, lambda geom: int(weld[owner[geom]]))
-    fixed = groups(bits, lambda geom: bool(tree[owner[geom]] < 0)).get(True, ())
-    rules += [(geoms, geoms, False) for geoms in (*carried.values(), fixed) if len(geoms) > 1]
+    before = {geom: own for one in known for geom, own in one.native.items()}
+    weld, owner, fixed = view.body_weldid, view.geom_bodyid, view.body_treeid < 0
+    above = weld[view.body_parentid[weld]]  # of each body: the one that carries it and what is welded to it
+    carriers = set(above[weld[owner]].tolist()) - {0}
+    excluded = [(signature >> 16, signature & 0xFFFF) for signature in view.exclude_signature.tolist()]
+    apart = {body for both in excluded for body in both}
+    chained = {body for body in set(owner.tolist()) if above[body] or int(weld[body]) in carriers}
+    named = {geom for *both, _ in explicit_pairs(view) for geom in both}
+    types, affinities = view.geom_contype, view.geom_conaffinity
+
+    def kind_of(geom: int) -> Hashable:
+        sides, body = tuple((geom in one.sides[0], geom in one.sides[1]) for one in known), int(owner[geom])
+        if geom not in before:
+            return sides
+        now = int(types[geom]), int(affinities[geom]), bool(fixed[body])
+        alone = geom if geom in named else -1, body if body in apart else -1, weld[body] if body in chained else -1
+        return sides, before[geom], now, alone
+
+    kinds = list(groups(dict.fromkeys(geom for one in known for geom in one.geoms), kind_of).values())
+    kind = {geom: number for number, geoms in enumerate(kinds) for geom in geoms}
+    some = np.array([geoms[0] for geoms in kinds])
+    body = owner[some]
+    was = np.array([before.get(geom, (0, 0)) for geom in some.tolist()])
+    native = _touch(was[:, 0], was[:, 1]) & ~_touch(types[some], affinities[some])
+    native &= ~(fixed[body][:, None] & fixed[body])
     if not view.option("disableflags") & FILTER_PARENT:
-        above = {body: int(weld[parent[body]]) for body in carried if body}
-        rules += [(carried[body], carried[up], False) for body, up in above.items() if up and up in carried]
-    of_body = groups(bits, lambda geom: int(owner[geom]))
-    excluded = ((signature >> 16, signature & 0xFFFF) for signature in view.exclude_signature.tolist())
-    rules += [(of_body[one], of_body[two], False) for one, two in excluded if one in of_body and two in of_body]
-    pairs = explicit_pairs(view)
-    rules += [([one], [two], margin < 0.0) for one, two, margin in pairs if one in bits and two in bits]
-    return [Rule(frozenset(ones), frozenset(twos), allowed) for ones, twos, allowed in rules]
+        child = (above[body][:, None] == weld[body]) & (weld[body] > 0)
+        native &= ~(child | child.T)
+    for one, two in excluded:
+        native[np.ix_(body == one, body == two)] = native[np.ix_(body == two, body == one)] = False
+    for one, two, margin in explicit_pairs(view):
+        if one in before and two in before:
+            native[kind[one], kind[two]] = native[kind[two], kind[one]] = margin < 0.0
+    table = np.full(native.shape, -1)
+    for number, contact in sorted(enumerate(known), key=lambda item: not item[1].native):
+        ones, twos = (np.array([geom in side for geom in some.tolist()]) for side in contact.sides)
+        held = (ones[:, None] & twos) | (twos[:, None] & ones)
+        table[held & native if contact.native else held] = number
+    return kind, table
+
+
+def _touch(contype: NDArray[Any], conaffinity: NDArray[Any]) -> NDArray[np.bool_]:
+    """Return whether any two of some geoms touch natively, as a matrix."""
+    meet = (contype[:, None] & conaffinity) != 0
+    return meet | meet.T
 
 
 class ContactInstance:
@@ -146,13 +145,13 @@ class ContactInstance:
         self.view = view
         self.number = number
         self.contact = config.read(tuple(configured(view, number)))
-        self._sides = self._find_geoms()
-        self.geoms = list(dict.fromkeys(self._sides[0] + self._sides[1]))
+        self.sides = self._find_geoms()
+        self.geoms = list({**self.sides[0], **self.sides[1]})
         if self.contact.native and len(self.contact.native) != len(self.geoms):
             raise ValueError(f"native: tells of {len(self.contact.native)} geoms; must tell of all {len(self.geoms)}")
         self.native: dict[int, Bits] = dict(zip(self.geoms, self.contact.native, strict=False))
 
-    def _find_geoms(self) -> list[list[int]]:
+    def _find_geoms(self) -> list[dict[int, None]]:
         """Return the ids of the geoms of both sides.
 
         Where the model was attached to another one, geom names have the prefix and suffix of the instance's name.
@@ -169,47 +168,16 @@ class ContactInstance:
                 raise ValueError(
                     f"{key} = {text!r}: must be the name of a geom of the model, or names with spaces between"
                 )
-            out.append(list(dict.fromkeys(ids)))
+            out.append(dict.fromkeys(ids))
         return out
 
     @cached_property
-    def product(self) -> Sets:
+    def sets(self) -> Sets:
         """All pairs of a geom of the first side and one of the second."""
-        ones, twos = self._sides
+        ones, twos = self.sides
         if len(ones) == len(twos) == 1 and ones == twos:
             raise ValueError(f"geom2 = {self.contact.twos[0]!r}: must be another geom than geom1")
         return Sets(ones, twos, self.view.geom_bodyid.tolist().__getitem__)
-
-    @cached_property
-    def sets(self) -> Sets:
-        """The pairs that may touch."""
-        if not self.native:
-            return self.product
-        rules = rules_of(self.view, self.native)[::-1]
-        return self.product.among(lambda one, two: next((rule.allowed for rule in rules if rule.fits(one, two)), True))
-
-    def by_friction(self, ones: Iterable[int], twos: Iterable[int]) -> Iterator[tuple[float, list[int], list[int]]]:
-        """Yield (coefficient, geoms of one set, geoms of the other); coefficient NaN: that of the pair."""
-        if not self.contact.frictions:
-            yield nan, list(ones), list(twos)
-            return
-        mu, priority = self.view.geom_friction[:, 0], self.view.geom_priority
-        first, second = (groups(own, lambda geom: (float(mu[geom]), int(priority[geom]))) for own in (ones, twos))
-        for one, these in first.items():
-            yield from ((friction_of(one, two), these, those) for two, those in second.items())
-
-    @cached_property
-    def pairs(self) -> dict[float, ContactPair]:
-        """`ContactPair` for each friction coefficient of the geoms; NaN: that of the configured pair.
-
-        Raises:
-            ValueError: There are more different coefficients than there is room for.
-        """
-        pair, room = self.contact.pair, self.contact.frictions or 1
-        known = dict.fromkeys(mu for mu, _, _ in self.by_friction(*self._sides))
-        if len(known) > room:
-            raise ValueError(f"geom_friction: of one pair of materials {len(known)} different ones; room is for {room}")
-        return {mu: pair if isnan(mu) else replace(pair, friction=mu) for mu in known}
 
     @cached_property
     def shapes(self) -> dict[int, Shape]:
@@ -251,7 +219,6 @@ def check(view: layout.ModelView, known: list[ContactInstance], moves: Callable[
             if twice:
                 raise ValueError(f"{_names(shapes, twice)}: this pair has been added before")
         sets = member.sets
-        check_served(sets, shapes)
         named = [(two, one) if sets.reversed(one, two) else (one, two) for one, two in margins if sets.hold(one, two)]
         some = any(touch(bits[one], bits[two]) for one, two in sets.by_kinds(bits.__getitem__))
         on = next(filter(is_native, chain(named, sets.every() if some else ())), None)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +64,7 @@ MODEL = structure("mjModel")[[
 ]]  # fmt: skip
 data_at: Any = element(DATA)
 model_at: Any = element(MODEL)
+GEOM = int(mujoco.mjtObj.mjOBJ_GEOM)
 JOINT_LIMIT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
 NO_GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
 NO_CONTACT = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
@@ -99,9 +100,14 @@ class ModelView:
         self.__dict__[name] = array.reshape(shape)
         return self.__dict__[name]
 
+    @cached_property
+    def _text(self) -> bytes:
+        return self.names.tobytes()
+
     def name(self, kind: str, number: int) -> str:
         """Return the name of a "geom", "body", "plugin" ..., empty if it has none."""
-        return (LIBRARY.mj_id2name(self.address, _type_of(kind), number) or b"").decode()
+        first = int(getattr(self, f"name_{kind}adr")[number])
+        return self._text[first : self._text.index(b"\0", first)].decode()
 
     def label(self, kind: str, number: int) -> str:
         """Return the quoted name, or the number if there is none, for messages."""
@@ -109,7 +115,7 @@ class ModelView:
 
     def geom(self, name: str) -> int:
         """Return the id of a geom; -1 if there is none of this name."""
-        return LIBRARY.mj_name2id(self.address, _type_of("geom"), name.encode())
+        return LIBRARY.mj_name2id(self.address, GEOM, name.encode())
 
     def option(self, field: str) -> int:
         """Return an integer option, such as disableflags."""
@@ -119,15 +125,7 @@ class ModelView:
     def signature(self) -> int:
         """Hash of sizes and names, the same for a model that comes from a pickle or a binary file."""
         sizes = [self.nq, self.nv, self.nbody, self.ngeom, self.npluginstate]
-        return hash_of(repr(sizes).encode() + self.names.tobytes())
-
-
-def _type_of(kind: str) -> int:
-    """Return MuJoCo's number of an object type such as "geom".
-
-    MuJoCo's Python binding of this would end the error handling of the caller of `init`.
-    """
-    return LIBRARY.mju_str2Type(kind.encode())
+        return hash_of(repr(sizes).encode() + self._text)
 
 
 def hash_of(what: bytes) -> int:
@@ -150,14 +148,12 @@ def _library() -> ctypes.CDLL:
     folder = Path(mujoco.__file__).parent
     for pattern in ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll"):
         for path in sorted(folder.glob(pattern)):
-            library, model, text, number = ctypes.CDLL(str(path)), ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int
-            for name, result, *arguments in (
-                ("mj_getPluginConfig", text, model, number, text), ("mj_id2name", text, model, number, number),
-                ("mj_name2id", number, model, number, text), ("mju_str2Type", number, text),
-                ("mjp_getPlugin", ctypes.c_void_p, text, ctypes.POINTER(number)),
-            ):  # fmt: skip
-                function = getattr(library, name)
-                function.restype, function.argtypes = result, arguments
+            library, text, number = ctypes.CDLL(str(path)), ctypes.c_char_p, ctypes.c_int
+            library.mj_getPluginConfig.argtypes = [ctypes.c_void_p, number, text]
+            library.mj_getPluginConfig.restype = text
+            library.mj_name2id.argtypes = [ctypes.c_void_p, number, text]
+            library.mjp_getPlugin.argtypes = [text, ctypes.POINTER(number)]
+            library.mjp_getPlugin.restype = ctypes.c_void_p
             return library
     raise ImportError(f"contactlaw finds no MuJoCo library in {folder}")
 

@@ -6,9 +6,8 @@ step is read by `free` and `trees`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -17,48 +16,27 @@ from numpy.typing import NDArray
 from contactlaw.mujoco_plugin import layout, sensors, trees
 from contactlaw.mujoco_plugin.block import FREE, JOINTED, MOCAP, MOCAP_SIZE, PUSH, SENSOR, STARTS, build
 from contactlaw.mujoco_plugin.edits import watched_ranges
-from contactlaw.mujoco_plugin.instances import ContactInstance, check, contact_instances, instances, rules_of
+from contactlaw.mujoco_plugin.instances import (
+    ContactInstance,
+    check,
+    contact_instances,
+    contact_of_kinds,
+    instances,
+)
+from contactlaw.mujoco_plugin.shapes import check_served
 from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.data.demand import STEP, supply
-from contactlaw.world.data.frames import matrix_of, product
-from contactlaw.world.data.records import CORNER, DISC, EDGE, ELLIPSOID, END, HULL, SEGMENT, SIDE, SPHERE, Arrays
+from contactlaw.world.data.frames import IDENTITY, Pose
+from contactlaw.world.data.records import EDGE, Arrays
 from contactlaw.world.state import size as state_size
 from contactlaw.world.trees.tree_records import TreeRecords
 
 Array = NDArray[np.float64]
-UNIT = np.array([1.0, 0.0, 0.0, 0.0])
-# Contacts at once that there is room for, for each round shape by its kind; of a hull with its parts. (Balls of any
-# sizes that do not overlap have at most 7.5 contacts a ball, Kuperberg & Schramm 1994.)
-NEIGHBOURS = {SPHERE: 8, END: 8, SEGMENT: 8, CORNER: 3, EDGE: 2, DISC: 4, SIDE: 4, ELLIPSOID: 8, HULL: 32}
-NEAR_PAIRS, NEAR_PAIRS_OF_PART = 40, 8  # room in the list of near pairs, for each round shape and each part of a hull
 # Contacts that plugin_state has room for, for each geom: those that last from one step to the next. Equal balls have
 # about three contacts a ball in the densest heap
 LASTING = {"sphere": 4, "ellipsoid": 4, "capsule": 4, "box": 8, "cylinder": 8, "mesh": 12}
 LASTING_ON_BOXES = 24  # of a box on another: four corners of each, and at each corner four pairs of edges that cross
-
-
-class Pose(NamedTuple):
-    """Position [m] and orientation (quaternion) of a frame in another one."""
-
-    place: Array
-    turn: Array
-
-    def then(self, other: Pose) -> Pose:
-        """Return the pose of a frame that is given relative to this one."""
-        if self is IDENTITY or other is IDENTITY:
-            return self if other is IDENTITY else other
-        return Pose(self.place + matrix_of(self.turn) @ other.place, product(self.turn, other.turn))
-
-    def inverse(self) -> Pose:
-        """Return the pose of the outer frame in this one."""
-        if not self.place.any() and (self.turn == UNIT).all():
-            return IDENTITY
-        turn = self.turn * [1.0, -1.0, -1.0, -1.0]
-        return Pose(-matrix_of(turn) @ self.place, turn)
-
-
-IDENTITY = Pose(np.zeros(3), UNIT)
 
 
 class Model:
@@ -81,75 +59,27 @@ class Model:
         given = [(instance.contact.rounding, instance.geoms) for instance in self._contacts]
         self._roundings = {geom: radius for radius, geoms in given if radius is not None for geom in geoms}
         self._shapes = {geom: self._add_shape(geom) for geom in geoms}
-        self._instances: list[int] = []  # of each pair of the world its instance
-        self._pairs: dict[tuple[int, float], int] = {}  # pair of the world by instance and friction coefficient
-        natives = [number for number, instance in enumerate(self._contacts) if instance.native]
-        self._order = natives + [number for number in range(len(self._contacts)) if number not in natives]
-        for number in self._order:
-            self._let_touch(number, self._contacts[number].sets.ones, self._contacts[number].sets.twos)
-        self._room = self._count_room()
-        if natives:
-            self._apply_native_rules(natives)
+        for instance in self._contacts:
+            if not instance.native:
+                check_served(instance.sets, instance.shapes)
+            ones, twos = ([shape for geom in side for shape in self._shapes[geom]] for side in instance.sides)
+            self._world.add_contact(ones, twos, instance.contact.pair)
 
     @cached_property
     def arrays(self) -> Arrays:
         """The world's arrays, with room for contacts and near pairs."""
-        contacts, near = self._room
-        made = with_room(self._world.arrays, near, contacts)
-        made.pairs["relaxed"] = [self._contacts[number].contact.overlaps == "relax" for number in self._instances]
-        return made
+        made, geoms = with_room(self._world.arrays, self._world.owners), self._geom_of_shape
+        kind, table = contact_of_kinds(self._m, self._contacts)
+        made.shapes["group"] = [kind[geom] for geom in geoms]
+        made.shapes["friction"], made.shapes["priority"] = self._m.geom_friction[geoms, 0], self._m.geom_priority[geoms]
+        made.pairs["relaxed"] = [instance.contact.overlaps == "relax" for instance in self._contacts]
+        made.pairs["friction"][[instance.contact.geom_friction for instance in self._contacts]] = np.nan
+        return made._replace(groups=table)
 
-    def _count_room(self) -> tuple[int, int]:
-        """Return how many contacts and near pairs there must be room for.
-
-        The size of the state is asked for while a model is compiled, before it has its explicit pairs and exclusions.
-        The engine's rules are left out here, so that the result is the same later.
-        """
-        made = self._world.arrays
-        kinds, counts = np.unique(made.shapes[["kind", "group"]], return_counts=True)
-        a, b = np.meshgrid(np.arange(kinds.size), np.arange(kinds.size), indexing="ij")
-        meet = (made.groups[kinds["group"][a], kinds["group"][b]] >= 0) & (kinds["kind"][a] <= kinds["kind"][b])
-        pairs = int((counts[a] * (counts[b] - (a == b)))[meet].sum())
-        parts = (
-            made.shapes["kind"][self._world.owners] == HULL
-        )  # of hulls, which are unknown while the model is compiled
-        parts &= made.shapes["kind"] != HULL
-        rooms = [NEIGHBOURS[kind] for kind in made.shapes["kind"][~parts].tolist() if kind in NEIGHBOURS]
-        contacts, near = sum(rooms), NEAR_PAIRS * len(rooms) + NEAR_PAIRS_OF_PART * int(parts.sum())
-        contacts = contacts if parts.any() else max(min(pairs, contacts), 1)
-        return contacts, max(min(pairs, near), 1)
-
-    def _let_touch(self, number: int, ones: Iterable[int], twos: Iterable[int]) -> None:
-        """Let geoms touch by the pairs of an instance, one pair of the world for each friction coefficient."""
-        instance, known = self._contacts[number], self._pairs
-        for mu, these, those in instance.by_friction(ones, twos):
-            shapes = self._shapes_of(these), self._shapes_of(those)
-            if not all(shapes):
-                continue
-            if (number, mu) not in known:  # as many as there may be: the state is as long whatever they are now
-                for own in [*instance.pairs, *(instance.contact.frictions - len(instance.pairs)) * [mu]]:
-                    known.setdefault((number, own), len(self._instances))
-                    self._world.add_contact(*shapes, instance.pairs[own])
-                    self._instances.append(number)
-                if not instance.contact.frictions:
-                    continue
-            self._world.add_rule(*shapes, known[number, mu])
-
-    def _shapes_of(self, geoms: Iterable[int]) -> list[int]:
-        return [shape for geom in geoms for shape in self._shapes[geom]]
-
-    def _apply_native_rules(self, natives: list[int]) -> None:
-        """Apply the engine's rules to pairs of the native instances; all other instances then override them."""
-        bits = {geom: own for number in natives for geom, own in self._contacts[number].native.items()}
-        for rule in rules_of(self._m, bits):
-            ones, twos = self._shapes_of(rule.ones), self._shapes_of(rule.twos)
-            if not rule.allowed and ones and twos:
-                self._world.add_rule(ones, twos)
-            for number in natives if rule.allowed else ():
-                if all(self._contacts[number].sets.hold(one, two) for one in rule.ones for two in rule.twos):
-                    self._let_touch(number, rule.ones, rule.twos)
-        for number in self._order[len(natives) :]:
-            self._let_touch(number, self._contacts[number].sets.ones, self._contacts[number].sets.twos)
+    @cached_property
+    def _geom_of_shape(self) -> list[int]:
+        geom_of = {shape: geom for geom, shapes in self._shapes.items() for shape in shapes}
+        return [geom_of[owner] for owner in self._world.owners.tolist()]
 
     @property
     def state_size(self) -> int:
@@ -192,8 +122,7 @@ class Model:
         own = {instance.number: number for number, instance in enumerate(self._contacts)}
         senses, listed = sensors.rows_of(m, dict.fromkeys(instances(m), -1) | own)
         watch, values = self._watched()
-        shapes = {shape: geom for geom, shapes in self._shapes.items() for shape in shapes}
-        geoms = [shapes[owner] for owner in self._world.owners.tolist()]
+        geoms = self._geom_of_shape
         supply(STEP)
         return build(self.arrays, {
             "leads": 1, "own_size": self.state_size, "report": report, "body_count": m.nbody,
@@ -203,8 +132,7 @@ class Model:
             "frees": with_rows(np.zeros(0, FREE), self._frees), "free_count": len(self._frees),
             "mocaps": with_rows(np.zeros(0, MOCAP), self._mocaps), "mocap_count": len(self._mocaps),
             "trees": with_rows(np.zeros(0, JOINTED), self._trees), "tree_count": len(self._trees),
-            "geoms": np.array(geoms, np.int64), "instances": np.array(self._instances, np.int64),
-            "reported": np.zeros(len(self._contacts), np.int64), "frictions": np.full(len(self._instances), np.nan),
+            "geoms": np.array(geoms, np.int64), "reported": np.zeros(len(self._contacts), np.int64),
             "ranges": watch, "range_count": len(watch), "watched": values,
             "height_ranges": int(m.nhfielddata > 0), "sense": sensors.address() if senses else 0,
             "sensors": with_rows(np.zeros(0, SENSOR), listed), "sensor_count": len(listed),

@@ -46,7 +46,7 @@ def report_once(head, code, value):
 @jit
 def report_contact(head, c, code, value):
     """Report something of a contact, unless it has been reported of its plugin instance."""
-    head.about, head.about_a = whole_at(head.instances, c.pair), whole_at(head.geoms, c.shape_a)
+    head.about, head.about_a = c.pair, whole_at(head.geoms, c.shape_a)
     head.about_b = whole_at(head.geoms, c.shape_b)
     report_if_new(head, code, value)
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from contactlaw import checks
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.instances import ContactInstance, contact_instances
+from contactlaw.mujoco_plugin.instances import contact_instances
+from contactlaw.mujoco_plugin.readout import View, view_of
 from contactlaw.mujoco_plugin.selection import first_of
 from contactlaw.pair import ContactWarning
 
@@ -27,9 +28,9 @@ def overlaps_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Overlap]:
     An environment that draws initial positions until `data.ncon` is zero does not see these contacts. After `data.qpos`
     has been set, call mj_kinematics (or mj_forward) first.
     """
-    view = layout.view_of(model, checks.instance("data", data, mujoco.MjData))
-    known = [ContactInstance(view, number) for number in contact_instances(view)]
-    pairs = {tuple(sorted(pair)) for instance in known for pair in _near_pairs(model, data, instance)}
+    if not contact_instances(layout.view_of(model, checks.instance("data", data, mujoco.MjData))):
+        return []
+    pairs = _near_pairs(model, data, view_of(model, data))
     depths = [(one, two, -mujoco.mj_geomDistance(model, data, one, two, 0.0, None)) for one, two in pairs]
     return sorted((entry for entry in depths if entry[2] > 0.0), key=lambda entry: (-entry[2], entry[:2]))
 
@@ -115,13 +116,17 @@ def _deep_overlaps(model: mujoco.MjModel) -> dict[tuple[int, int], str]:
     }
 
 
-def _near_pairs(model: mujoco.MjModel, data: mujoco.MjData, instance: ContactInstance) -> Iterator[tuple[int, int]]:
-    """Yield the pairs of an instance whose bounding spheres overlap; planes have an infinite one."""
-    twos = np.array(instance.sets.twos)
-    reach = np.where(model.geom_rbound > 0.0, model.geom_rbound, np.inf)
-    for one in instance.sets.ones:
-        near = np.linalg.norm(data.geom_xpos[twos] - data.geom_xpos[one], axis=1) < reach[twos] + reach[one]
-        yield from ((one, two) for two in twos[near].tolist() if instance.sets.hold(one, two))
+def _near_pairs(model: mujoco.MjModel, data: mujoco.MjData, world: View) -> Iterator[tuple[int, int]]:
+    """Yield the pairs that the law lets touch and whose bounding spheres overlap; planes have an infinite one."""
+    geoms, first = np.unique(world.geoms, return_index=True)
+    shapes = world.shapes[first]
+    reach = np.where(model.geom_rbound > 0.0, model.geom_rbound, np.inf)[geoms]
+    places = data.geom_xpos[geoms]
+    for i, geom in enumerate(geoms.tolist()):
+        near = np.linalg.norm(places - places[i], axis=1) < reach + reach[i]
+        near &= (world.groups[shapes["group"][i], shapes["group"]] >= 0) & (shapes["body"] != shapes["body"][i])
+        near[:i] = False
+        yield from ((geom, two) for two in geoms[near].tolist())
 
 
 def _separation(model: mujoco.MjModel, data: mujoco.MjData, overlaps: list[Overlap]) -> NDArray[np.float64]:

@@ -110,7 +110,7 @@ def _rebuild_block(model: int, data: int) -> str:
     now["edited"] = max(
         before["edited"][0], RESIZED if any(changed[name] for name in ("geom_size", *edits.OF_FIELDS)) else EDITED
     )
-    View(new).give_frictions(View(old).frictions)
+    View(new).pairs["friction"] = View(old).pairs["friction"]  # `set_friction` may have changed it
     new["newest"] = old["newest"]  # with what is known of the step under way
     nv, states = int(old["nv"]), STARTS * (1 + int(old["nq"]) + int(old["nv"]))
     for name, count in (("recent", states), ("given", nv)):

@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw import checks
-from contactlaw.laws.record import PAIR as LAW_PAIR
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import HEAD, TOKEN
 from contactlaw.mujoco_plugin.instances import ContactInstance, contact_instances
 from contactlaw.mujoco_plugin.layout import record_at
 from contactlaw.world.contacts.ledger import Ledger, ledger
 from contactlaw.world.data.demand import READ, supply
-from contactlaw.world.data.records import BODY, CLOSED, CONTACT, FREE, PAIR, WORLD
+from contactlaw.world.data.records import BODY, CLOSED, CONTACT, FREE, PAIR, SHAPE, WORLD
+from contactlaw.world.readout import mean_impulses
 
 Array = NDArray[np.float64]
 _READ = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64)
@@ -77,10 +77,10 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> list[C
     """
     world = view_of(model, data, name)
     view = layout.view_of(model)
-    sets = ContactInstance(view, contact_instances(view)[world.number]).product
+    sets = ContactInstance(view, contact_instances(view)[world.number]).sets
     dt = float(model.opt.timestep)
     out = []
-    rows = world.contacts[(world.contacts["phase"] != FREE) & (world.instances[world.contacts["pair"]] == world.number)]
+    rows = world.contacts[(world.contacts["phase"] != FREE) & (world.contacts["pair"] == world.number)]
     rows = rows[np.lexsort((rows["shape_b"], rows["shape_a"]))]
     for row, force, point in zip(rows, world.mean_forces(rows, dt), world.points(rows), strict=True):
         one, two = (int(world.geoms[row[shape]]) for shape in ("shape_a", "shape_b"))
@@ -103,7 +103,7 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> list[C
 def ledger_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> Ledger:
     """Return the ledger of an instance; arguments and errors as for `contacts_of`."""
     world = view_of(model, data, name)
-    return ledger(world.pairs, world.contacts, np.flatnonzero(world.instances == world.number))
+    return ledger(world.pairs, world.contacts, world.number)
 
 
 def _patch(touch: Any, across: float) -> tuple[float, str, float]:
@@ -140,9 +140,9 @@ def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
 
 
 class View:
-    """Arrays of the world of an mjData, and for each pair its instance and a changed friction coefficient, else NaN.
+    """Arrays of the world of an mjData.
 
-    head: of the block. number: index of the instance among the contacts of the model.
+    head: of the block. number: index of the instance among the contacts of the model, and of its pair in the world.
     """
 
     def __init__(self, head: Any, number: int = 0) -> None:
@@ -151,9 +151,8 @@ class View:
         self.contacts = record_at(world["contacts"], CONTACT, world["contact_room"])
         self.bodies = record_at(world["bodies"], BODY, world["body_count"])
         self.pairs = record_at(world["pairs"], PAIR, world["pair_count"])
-        self.numbers = int(world["numbers"])
-        self.instances = record_at(head["instances"], np.int64, self.pairs.size)
-        self.frictions = record_at(head["frictions"], np.float64, self.pairs.size)
+        self.shapes = record_at(world["shapes"], SHAPE, world["shape_count"])
+        self.groups = record_at(world["groups"], np.int64, world["group_count"] ** 2).reshape(world["group_count"], -1)
         self.geoms = record_at(head["geoms"], np.int64, world["shape_count"])
 
     def points(self, rows: NDArray[Any]) -> Array:
@@ -161,19 +160,8 @@ class View:
         return self.bodies["position"][rows["body_a"]] + rows["arm_a"]
 
     def mean_forces(self, rows: NDArray[Any], dt: float) -> Array:
-        """Return the mean forces on A over the last step [N], shape (n, 3); a sleeping contact keeps its force."""
-        asleep = self.bodies["asleep"]
-        sleeps = (asleep[rows["body_a"]] != 0) | (asleep[rows["body_b"]] != 0)
-        return np.where(sleeps[:, None], rows["force"], (rows["impulse"] - rows["earlier"]) / dt)
-
-    def give_frictions(self, frictions: Array) -> None:
-        """Set the friction coefficients of the pairs; NaN leaves a pair as it is."""
-        self.frictions[:] = frictions
-        for pair in np.flatnonzero(~np.isnan(frictions)):
-            record_at(self.numbers + 8 * int(self.pairs["numbers"][pair]), LAW_PAIR, 1)["friction"] = frictions[pair]
-        own, touch = frictions[self.contacts["pair"]], self.contacts["touch"]
-        touch["friction"] = np.where(np.isnan(own), touch["friction"], own)
-        self.bodies["held"] = np.nan  # sleeping bodies check again whether they may sleep
+        """Return the mean forces on A over the last step [N], shape (n, 3)."""
+        return mean_impulses(self.bodies, rows, dt) / dt
 
 
 def view_of(model: mujoco.MjModel, data: mujoco.MjData, name: Any = FIRST) -> View:
@@ -213,4 +201,6 @@ def set_friction(model: mujoco.MjModel, data: mujoco.MjData, name: str, friction
     """
     mu = checks.not_negative("friction", friction)
     world = view_of(model, data, name)
-    world.give_frictions(np.where(world.instances == world.number, mu, world.frictions))
+    world.pairs["friction"][world.number] = mu
+    world.contacts["touch"]["friction"][world.contacts["pair"] == world.number] = mu
+    world.bodies["held"] = np.nan  # sleeping bodies check again whether they may sleep

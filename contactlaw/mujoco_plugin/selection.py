@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Iterable, Iterator, Sequence
-from fnmatch import fnmatchcase
 from itertools import count
 from typing import Any
 
@@ -41,19 +40,19 @@ def geoms_of(spec: mujoco.MjSpec, *what: Selector | Sequence[Selector], argument
     """
     every = list(checks.instance("spec", spec, mujoco.MjSpec).geoms) if known is None else known
     named, ids = {geom.name: geom for geom in every if geom.name}, {geom.id: geom for geom in every}
-    there, found = set(every), []
+    there, found = set(every), dict[Any, None]()
     for item in checks.flat(what, mujoco.MjsGeom):
         try:
             if isinstance(item, str):
-                found += _by_name(spec, named, len(there), item)
+                found.update(dict.fromkeys(_by_text(spec, named, len(every), item)))
             else:
-                found.append(item if isinstance(item, mujoco.MjsGeom) and item in there else _by_id(ids, item))
+                found[item if isinstance(item, mujoco.MjsGeom) and item in there else _by_id(ids, item)] = None
         except ValueError as error:
             shown = f"geom {item.name!r}" if isinstance(item, mujoco.MjsGeom) else repr(item)
             raise ValueError(f"{argument} = {shown}: {error}") from None
     if not found:
         raise ValueError(f"{argument}: holds no geoms; must hold one or more")
-    return list(dict.fromkeys(found))
+    return list(found)
 
 
 def label(geom: mujoco.MjsGeom) -> str:
@@ -76,41 +75,31 @@ def give_names(every: Iterable[Any], geoms: Iterable[Any]) -> None:
         geom.name = geom.name or next(name for name in names if name not in taken)
 
 
-def _by_name(spec: mujoco.MjSpec, named: dict[str, Any], count: int, text: str) -> list[Any]:
+def _by_text(spec: mujoco.MjSpec, named: dict[str, Any], count: int, text: str) -> list[Any]:
     """Return the geoms that a text means; named: geoms by name, count: number of all geoms, with a name or without."""
     if text in named:
         return [named[text]]
     if text.startswith(BODY):
-        return _touchable(_of_bodies(spec, text.removeprefix(BODY)))
-    wild = checks.is_wild(text)
-    fitting = [geom for name, geom in named.items() if wild and fnmatchcase(name, text)]
-    if not fitting:
-        without = count - len(named)
-        rest = f"; {without} geoms have no name, say 'body:NAME' or their id" if without else ""
-        what = "fits" if wild else "is"
-        raise ValueError(f"{what} the name of no geom of the model; {_offer(text, named)}{rest}")
-    return _touchable(fitting)
-
-
-def _of_bodies(spec: mujoco.MjSpec, wanted: str) -> list[Any]:
-    bodies = [body for body in spec.bodies if body.name == wanted]
-    if not bodies and checks.is_wild(wanted):  # patterns leave the world out
-        bodies = [body for body in spec.bodies if body.id != spec.worldbody.id and fnmatchcase(body.name, wanted)]
-    if not bodies:
-        names = [body.name for body in spec.bodies if body.name]
-        raise ValueError(f"no body of the model has such a name; {_offer(wanted, names)}")
-    geoms = [geom for body in bodies for geom in body.geoms]
-    if not geoms:
-        raise ValueError("has no geoms of its own; give the body that has them")
-    return geoms
-
-
-def _touchable(geoms: list[Any]) -> list[Any]:
-    """Return those of the geoms that may collide; error if there are none."""
+        wanted, bodies = text.removeprefix(BODY), {body.name: body for body in spec.bodies if body.name}
+        fitting = [bodies[name] for name in checks.fitting(wanted, bodies)]
+        if checks.is_wild(wanted):
+            fitting = [body for body in fitting if body.id != spec.worldbody.id]
+        if not fitting:
+            raise ValueError(f"no body of the model has such a name; {_offer(wanted, bodies)}")
+        geoms = [geom for body in fitting for geom in body.geoms]
+        if not geoms:
+            raise ValueError("has no geoms of its own; give the body that has them")
+    else:
+        geoms = [named[name] for name in checks.fitting(text, named)]
+        if not geoms:
+            without = count - len(named)
+            rest = f"; {without} geoms have no name, say 'body:NAME' or their id" if without else ""
+            what = "fits" if checks.is_wild(text) else "is"
+            raise ValueError(f"{what} the name of no geom of the model; {_offer(text, named)}{rest}")
     solid = [geom for geom in geoms if geom.contype or geom.conaffinity]
     if not solid:
         raise ValueError(
-            f"means {', '.join(label(geom) for geom in geoms[:MAX_NAMES])}, and the engine "
+            f"means {first_of([label(geom) for geom in geoms], MAX_NAMES)}, and the engine "
             "lets none of them touch anything (contype = conaffinity = 0); if one is wanted, give its own name or id"
         )
     return solid
@@ -133,5 +122,5 @@ def _by_id(ids: dict[int, Any], value: Any) -> Any:
 
 def _offer(text: str, names: Iterable[str]) -> str:
     """Return the nearest names, or the first few of all."""
-    known = sorted(set(names))
+    known = sorted(names)
     return checks.nearest(text, known, f"there are {first_of(known, MAX_NAMES) or 'none'}")

@@ -197,7 +197,7 @@ def write_readings(head, mean):
 @jit
 def add_to(head, s, c, out, mean):
     """Add a contact to the readings of a sensor, if the sensor measures it."""
-    if s.instance >= 0 and s.instance != whole_at(head.instances, c.pair):
+    if s.instance >= 0 and s.instance != c.pair:
         return
     side, owner = 0.0, model_at(head.model, 0).geom_bodyid
     for shape, sign in ((c.shape_b, -1.0), (c.shape_a, 1.0)):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,13 +11,12 @@ import pybullet as p
 from numpy.typing import NDArray
 
 from contactlaw.pair import ContactPair
-from contactlaw.pybullet_callback.shapes import BASE, Key, Side, can_move, check_radius, check_served
+from contactlaw.pybullet_callback.shapes import Key, Side, can_move, check_served
 from contactlaw.world.data.records import CLOSED
 from contactlaw.world.near.sets import Sets
 
 Array = NDArray[np.float64]
 MANY = 10_000  # pairs of a handle beyond which Bullet's response is disabled only for those that come near each other
-PARENT = 16  # index in the result of getJointInfo
 
 
 @dataclass
@@ -46,12 +45,12 @@ class ContactState:
     force: Array = field(default_factory=lambda: np.zeros(3))
     history: Array = field(default_factory=lambda: np.zeros(0))
 
-    def add(self, c: Any, memory: Array, sign: float, asleep: bool, dt: float) -> None:
-        """Add a contact of the world; sign: -1.0 if its A is this contact's b, else 1.0; memory: of its law."""
+    def add(self, c: Any, impulse: Array, memory: Array, sign: float, dt: float) -> None:
+        """Add a contact of the world with its impulse in the step dt [s]; sign: -1.0 if its A is this contact's b."""
         own = c["touch"]["force"] if c["phase"] == CLOSED else 0.0
         overlap = max(float(c["touch"]["overlap"]), 0.0) if c["phase"] == CLOSED else 0.0
         self.touching = True
-        self.impulse += sign * (dt * c["force"] if asleep else c["impulse"] - c["earlier"])
+        self.impulse += sign * impulse
         self.tangential_force += sign * (c["force"] - own * c["normal"])
         self.normal_force += float(own)
         self.force = self.impulse / dt if dt > 0.0 else self.force
@@ -122,10 +121,10 @@ def sets_of(
         raise ValueError(f"body_b = {b[0].body}, link_b = {b[0].link}: the same as a; a contact needs two")
     if single and bodies <= fixed:
         raise ValueError(f"body_a, body_b = {a[0]}, {b[0]}: neither can move; one must")
-    parents = {} if single else parents_of(client, sides)
 
     def allow(one: Key, two: Key) -> bool:
-        return not (one[0] in fixed and two[0] in fixed) and parents.get(one) != two and parents.get(two) != one
+        joined = not single and (sides[one].parent == two or sides[two].parent == one)
+        return not joined and not (one[0] in fixed and two[0] in fixed)
 
     sets = Sets([side.key for side in a], [side.key for side in b], lambda key: key).among(allow)
     for name, other in others:
@@ -136,15 +135,7 @@ def sets_of(
     kinds = list(sets.by_kinds(lambda key: (sides[key].shape, key[0] in free, key[0] in fixed)))
     for first, second in kinds:
         one, two = sides[first], sides[second]
-        check_served(one, two, one.body in free or two.body in free)
-        check_radius(pair, one, two)
+        check_served(pair, one, two, one.body in free or two.body in free)
     if not kinds:
         raise ValueError("body_a, body_b: no two of them can touch; a contact needs two bodies, one that can move")
     return sets
-
-
-def parents_of(client: int, sides: Mapping[Key, Side]) -> dict[Key, Key]:
-    """Return the parent of each link; Bullet lets the two overlap at their joint."""
-    return {
-        (body, link): (body, p.getJointInfo(body, link, client)[PARENT]) for body, link in sides if link != BASE
-    }  # fmt: skip

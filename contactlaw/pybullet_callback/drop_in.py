@@ -19,7 +19,6 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 from typing import Any
 
 import numpy as np
@@ -28,14 +27,21 @@ import pybullet as p
 from contactlaw import checks
 from contactlaw.pair import ContactPair
 from contactlaw.pybullet_callback.callback import ContactCallback
-from contactlaw.pybullet_callback.shapes import BASE, Key, client_of, collision_shapes, identity
+from contactlaw.pybullet_callback.shapes import (
+    BASE,
+    LINK_NAME,
+    Key,
+    bodies_of,
+    client_of,
+    collision_shapes,
+    identity,
+)
 
 Names = str | Sequence[str]
 Other = int | Names | Sequence[int] | Sequence[Key]
 Contacts = Sequence[tuple[Names, Other, ContactPair] | tuple[Names, Other, ContactPair, Mapping[str, Any]]]
 
 UNDAMPED = {"linearDamping": 0.0, "angularDamping": 0.0, "maxJointVelocity": 1e6}
-LINK_NAME = 12  # index in the result of getJointInfo
 
 
 @dataclass(frozen=True)
@@ -100,7 +106,10 @@ def load_urdf(
             if _are_names(twos):
                 twos = links_of(body, twos, client=client, argument=f"contacts[{number}], other")
             own = {**(settings or {}), **(entry[3] if len(entry) == 4 else {})}
-            handles.append(_add(callback, f"contacts[{number}]", ones, twos, entry[2], own))
+            try:
+                handles.append(callback.add_contact(ones, twos, entry[2], **own))
+            except ValueError as error:
+                raise ValueError(f"contacts[{number}]: {error}") from None
     except BaseException:
         for handle in handles:
             callback.remove_contact(handle)
@@ -128,19 +137,18 @@ def links_of(body: int | Iterable[int], *names: Names, client: int = 0, argument
         ValueError: No such body, no such link (the message offers the nearest names), or one without a collision shape.
     """
     client = client_of(client)
-    there = [p.getBodyUniqueId(i, client) for i in range(p.getNumBodies(client))]
     given = body if np.iterable(body) and not isinstance(body, str | bytes) else [body]
-    bodies = [identity("body", one, there, "the bodies of this client") for one in given]
+    bodies = [identity("body", one, bodies_of(client), "the bodies of this client") for one in given]
     if not bodies:
         raise ValueError(f"body = {body!r}: holds no bodies; must hold one or more")
-    links = [(key, name) for one in bodies for key, name in _names(one, client)]
+    links = [both for one in bodies for both in _names(one, client)]
     solid = {key for key, _ in links if collision_shapes(client, *key)}
     found: dict[Key, None] = {}
     for text in checks.flat(names) or ["*"]:
         if not isinstance(text, str):
             raise ValueError(f"{argument} = {text!r}: must be the name of a link, or a pattern such as '*_wheel'")
-        exact = [key for key, name in links if name == text]
-        fitting = exact or [key for key, name in links if checks.is_wild(text) and fnmatchcase(name, text)]
+        meant = set(checks.fitting(text, (name for _, name in links)))
+        fitting = [key for key, name in links if name in meant]
         chosen = [key for key in fitting if key in solid]
         if not chosen:
             why = "has no collision shape to touch with" if fitting else "no link has such a name"
@@ -149,19 +157,6 @@ def links_of(body: int | Iterable[int], *names: Names, client: int = 0, argument
             raise ValueError(f"{argument} = {text!r}: {why}; {checks.nearest(text, known, rest)}")
         found.update(dict.fromkeys(chosen))
     return list(found)
-
-
-def _add(
-    callback: ContactCallback, which: str, ones: list[Key], twos: Any, pair: Any, settings: Mapping[str, Any]
-) -> int:
-    """Add a contact; an error message that gives link numbers is completed by their names."""
-    try:
-        return callback.add_contact(ones, twos, pair, **settings)
-    except ValueError as error:
-        names = dict(_names(ones[0][0], callback._client))
-        meant = [key for key in ones if f"body {key[0]} link {key[1]} " in str(error)]
-        told = "".join(f"; link {link} is {names[body, link]!r}" for body, link in meant)
-        raise ValueError(f"{which}: {error}{told}") from None
 
 
 def _names(body: int, client: int) -> list[tuple[Key, str]]:

@@ -8,19 +8,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pybullet as p
-from numpy.typing import NDArray
 
 from contactlaw.jit import plain
 from contactlaw.pybullet_callback.bodies import Bodies
-from contactlaw.pybullet_callback.contact import Contact, ContactState, parents_of
+from contactlaw.pybullet_callback.contact import Contact, ContactState
 from contactlaw.pybullet_callback.measure import Measured
-from contactlaw.pybullet_callback.shapes import Key, Side, can_move
+from contactlaw.pybullet_callback.shapes import Key, Side, bodies_of, can_move
 from contactlaw.pybullet_callback.trees import Tree
 from contactlaw.world import World
-from contactlaw.world.arrays import with_more_room
+from contactlaw.world.arrays import with_contacts_of
 from contactlaw.world.contacts.doubts import TEXTS, doubt_value
 from contactlaw.world.contacts.ledger import Ledger, ledger
+from contactlaw.world.data.frames import IDENTITY
 from contactlaw.world.data.records import FREE, Arrays
+from contactlaw.world.readout import mean_impulses
 from contactlaw.world.shapes.description import tangent
 
 # state that is saved, and kept when contacts are added or removed: of `Tree`, and of a body of the world
@@ -65,15 +66,14 @@ class Scene:
         self._row: dict[Key, int] = {}
         bodies: list[Key] = []
         trees: dict[int, Tree] = {}
-        there = {p.getBodyUniqueId(i, client) for i in range(p.getNumBodies(client))}
+        there = bodies_of(client)
         given = [one for one in contacts.values() if one.rounding is not None]
         self._roundings = {key: one.rounding for one in given for key in one.sides}
         for key in order:
             self._add_side(sides[key], bodies, trees, there)
         measured: list[Measured] = []
-        self._handle_of: list[int] = []  # of each pair of materials in the world
-        for handle, contact in contacts.items():
-            self._let_touch(handle, contact, measured)
+        for number, contact in enumerate(contacts.values()):
+            self._let_touch(number, contact, measured)
         for part, owner in enumerate(self.world.owners.tolist()):
             if part != owner:
                 self._note_shapes(self._side_of[owner], [part])
@@ -84,48 +84,53 @@ class Scene:
         if old:
             self._take_over(old)
 
-    def _add_side(self, side: Side, bodies: list[Key], trees: dict[int, Tree], there: set[int]) -> None:
+    def _add_side(self, side: Side, bodies: list[Key], trees: dict[int, Tree], there: list[int]) -> None:
         """Add a shape to the world, and its body unless it is there."""
-        at, turn, row = np.zeros(3), np.eye(3), -1
+        pose, row = IDENTITY, -1
         if side.body in there and p.getNumJoints(side.body, self._client) and can_move(self._client, side.body):
             if side.body not in trees:
                 trees[side.body] = Tree(self._client, side.body)
                 bodies += trees[side.body].add_to(self.world)
             if side.link in trees[side.body].links:
-                member, at, turn = trees[side.body].place_of(side.link)
+                member, pose = trees[side.body].place_of(side.link)
                 row = trees[side.body].first + member
         if row < 0:
             row = self.world.add_body(np.inf, 1.0)
             bodies.append(side.key)
         self._row[side.key] = row
-        self._note_shapes(side.key, side.add_to(self.world, row, at, turn, self._roundings.get(side.key)))
+        self._note_shapes(side.key, side.add_to(self.world, row, pose, self._roundings.get(side.key)))
 
     def _note_shapes(self, key: Key, shapes: list[int]) -> None:
         self.shapes.setdefault(key, []).extend(shapes)
         self._side_of.update(dict.fromkeys(shapes, key))
 
-    def _let_touch(self, handle: int, contact: Contact, measured: list[Measured]) -> None:
-        """Let two sets touch; each pair that PyBullet must measure has its own tangent planes."""
+    def _let_touch(self, number: int, contact: Contact, measured: list[Measured]) -> None:
+        """Let two sets touch, by the world's pair of materials of this number.
+
+        Each pair that PyBullet must measure has its own tangent planes.
+        """
         sets, odd = contact.sets, {key for key, side in contact.sides.items() if side.measured}
         ones, twos = (
             [s for key in keys if key not in odd for s in self.shapes[key]] for keys in (sets.ones, sets.twos)
         )
-        if ones and twos:
-            self._meet(handle, ones, twos)
-            for key, parent in parents_of(self._client, contact.sides).items():
-                if parent in self.shapes and not any(one.sets.hold(key, parent) for one in self._contacts.values()):
+        added = bool(ones and twos)
+        if added:
+            self.world.add_contact(ones, twos, contact.pair)
+            for key, side in contact.sides.items():
+                parent, every = side.parent, self._contacts.values()
+                if parent in self.shapes and not any(one.sets.hold(key, parent) for one in every):
                     self.world.add_rule(self.shapes[key], self.shapes[parent])
         for two in sets.every(odd.__contains__) if odd else ():
             one, other = sorted((contact.sides[key] for key in two), key=lambda side: side.measured)
             ends, row = self.shapes[one.key][-2:], self._row[other.key]  # of a capsule without its side
             planes = [self.world._shape(tangent(row + 1, end, other.reach)) for end in ends]
             self._note_shapes(other.key, planes)
-            self._meet(handle, ends, planes)
+            if added:
+                self.world.add_rule(ends, planes, number)
+            else:
+                self.world.add_contact(ends, planes, contact.pair)
+            added = True
             measured.append(Measured(one, other, self._row[one.key], row, ends, planes))
-
-    def _meet(self, handle: int, ones: list[int], twos: list[int]) -> None:
-        self.world.add_contact(ones, twos, self._contacts[handle].pair)
-        self._handle_of.append(handle)
 
     def _silence_near(self) -> None:
         """Disable Bullet's own response of pairs that have come near each other, for contacts with many pairs."""
@@ -134,23 +139,26 @@ class Scene:
         codes = near["a"] * world.shapes.size + near["b"]
         new = np.flatnonzero(~np.isin(codes, self._known))
         for a, b, pair in near[["a", "b", "pair"]][new].tolist():
-            contact = self._contacts[self._handle_of[pair]]
+            contact = self._contact(pair)
             if contact.many:
                 contact.silence(self._client, [(self._side_of[a], self._side_of[b])])
         self._known = np.union1d(self._known, codes[new])
+
+    def _contact(self, pair: int) -> Contact:
+        """Return the contact of a pair of materials in the world."""
+        return self._contacts[self._handles[pair]]
 
     def contacts(self, handle: int | None = None) -> Iterator[tuple[int, Any]]:
         """Yield slots and records of contacts that are closed or parted in the last step, of one handle or all."""
         records = self.bodies.arrays.contacts
         for slot in np.flatnonzero(records["phase"] != FREE).tolist():
-            own = self._handle_of[records["pair"][slot]]
-            if handle in (None, own):
+            if handle is None or records["pair"][slot] == self._handles.index(handle):
                 yield slot, records[slot]
 
     def sides_of(self, record: Any) -> tuple[Contact, Side, Side, float]:
         """Return the user's contact of a contact of the world, its sides a and b, and -1.0 if b is the world's A."""
         one, two = (self._side_of[int(record[name])] for name in ("shape_a", "shape_b"))
-        contact, sign = self._contacts[self._handle_of[record["pair"]]], 1.0
+        contact, sign = self._contact(record["pair"]), 1.0
         if contact.sets.reversed(one, two):
             one, two, sign = two, one, -1.0
         return contact, contact.sides[one], contact.sides[two], sign
@@ -168,19 +176,15 @@ class Scene:
         out, arrays = {both: ContactState(*both) for both in these}, self.bodies.arrays
         for slot, record in self.contacts(handle):
             _, one, two, sign = self.sides_of(record)
-            asleep = bool(arrays.bodies["asleep"][[record["body_a"], record["body_b"]]].any())
             state = out.setdefault((one.key, two.key), ContactState(one.key, two.key))
-            state.add(record, arrays.memory[slot], sign, asleep, self.bodies.dt)
+            impulse = mean_impulses(arrays.bodies, record, self.bodies.dt)
+            state.add(record, impulse, arrays.memory[slot], sign, self.bodies.dt)
         return list(out.values())
-
-    def pairs(self, handle: int) -> NDArray[np.int64]:
-        """Return the pairs of materials in the world that belong to a handle."""
-        return np.flatnonzero(np.array(self._handle_of) == handle)
 
     def ledger(self, handle: int) -> Ledger:
         """Return the ledger of a handle."""
         arrays = self.bodies.arrays
-        return ledger(arrays.pairs, arrays.contacts, self.pairs(handle))
+        return ledger(arrays.pairs, arrays.contacts, self._handles.index(handle))
 
     def save(self) -> Saved:
         """Return a copy of all state."""
@@ -207,7 +211,7 @@ class Scene:
         """Take over the state of contacts and bodies that are still there."""
         mine, theirs = self.bodies.arrays, old.bodies.arrays
         for handle in self._contacts.keys() & old._contacts.keys():
-            mine.pairs["ledger"][self.pairs(handle)] = theirs.pairs["ledger"][old.pairs(handle)]
+            mine.pairs["ledger"][self._handles.index(handle)] = theirs.pairs["ledger"][old._handles.index(handle)]
         before = {one.body: one for one in old.bodies.trees}
         for one in self.bodies.trees:
             if one.body in before and before[one.body].v_size == one.v_size:
@@ -228,20 +232,4 @@ class Scene:
                     mine.bodies[i + 1][name] = theirs.bodies[j + 1][name]
                 if not same:
                     mine.bodies["held"][i + 1] = np.nan
-        for slot in np.flatnonzero(theirs.contacts["phase"] != FREE):
-            c = theirs.contacts[slot]
-            a, b = numbers.get(int(c["shape_a"])), numbers.get(int(c["shape_b"]))
-            pair = -1 if a is None or b is None else mine.groups[mine.shapes["group"][a], mine.shapes["group"][b]]
-            if pair < 0:
-                continue
-            if mine.world["spares"][0] == 0:
-                self.bodies.bind(with_more_room(mine))
-                mine = self.bodies.arrays
-            mine.world["spares"] -= 1
-            new = int(mine.spare[mine.world["spares"][0]])
-            own, size = mine.contacts[new : new + 1], min(mine.memory.shape[1], theirs.memory.shape[1])
-            own[0], own["pair"], own["near"] = c, pair, -1
-            for side, shape in (("a", a), ("b", b)):
-                own[f"shape_{side}"], own[f"body_{side}"] = shape, mine.shapes["body"][shape]
-            mine.memory[new, :size] = theirs.memory[slot, :size]
-        mine.world["stale"] = 1
+        self.bodies.bind(with_contacts_of(mine, theirs, numbers))

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pybullet as p
@@ -14,13 +13,13 @@ from numpy.typing import NDArray
 from contactlaw import checks
 from contactlaw.pair import ContactPair
 from contactlaw.world import World
-from contactlaw.world.data.frames import quaternion_of, turn_to
-from contactlaw.world.data.records import BALL, HINGE, SLIDE
+from contactlaw.world.data.frames import IDENTITY, ORIGIN, Pose, quaternion_of, turn_to
 
 Array = NDArray[np.float64]
 Key = tuple[int, int]
 
 BASE = -1
+LINK_NAME, PARENT = 12, 16  # indices in the result of getJointInfo
 MULTIBODY = 2  # body type in the result of getDynamicsInfo
 OTHER_BODY_TYPES = {
     0: "without a body type",
@@ -28,7 +27,7 @@ OTHER_BODY_TYPES = {
     3: "a soft body",
 }
 
-KINDS = {p.JOINT_REVOLUTE: HINGE, p.JOINT_PRISMATIC: SLIDE, p.JOINT_SPHERICAL: BALL}
+KINDS = {p.JOINT_REVOLUTE: "hinge", p.JOINT_PRISMATIC: "slide", p.JOINT_SPHERICAL: "ball"}
 SHAPE_NAMES = {
     p.GEOM_SPHERE: "sphere",
     p.GEOM_BOX: "box",
@@ -40,7 +39,18 @@ SHAPE_NAMES = {
 }
 WITH_RADIUS = "sphere, capsule, plane, box, cylinder"
 PIECES = "compound of such"
-CLOSED_FORM = *WITH_RADIUS.split(", "), "mesh", PIECES
+
+
+class Piece(NamedTuple):
+    """A shape with a closed form: what `World.add_shape` needs of it, in the inertial frame of its body or link.
+
+    A plane's normal is its third axis. points: vertices [m], shape (n, 3), of a mesh, which stands for its convex hull.
+    """
+
+    kind: str
+    sizes: tuple[float, ...]
+    pose: Pose
+    points: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,43 +59,36 @@ class Side:
 
     Attributes:
         body, link: PyBullet's ids.
+        name: Of the link; empty for a base.
+        parent: Body and link that carries the link, which Bullet lets overlap with it at their joint; None for a base.
         shape: "sphere", "box", ...; "compound" if the link has several shapes and some have no closed form.
-        size: Radius [m] of a sphere; radius and half length of a capsule or a cylinder; half lengths of a box.
-        position, rotation: Of the shape in the body's inertial frame: [m], shape (3,); matrix, shape (3, 3); a plane's
-            normal is its third axis.
+        pieces: Its shapes if they have a closed form, else none: PyBullet must find its nearest point.
         reach: Greatest distance [m] of a measured shape from the centre of mass.
-        points: Vertices [m], shape (n, 3), of a mesh, which stands for its convex hull, in the body's inertial frame.
-        pieces: A side for each shape of a compound whose shapes all have a closed form.
     """
 
     body: int
     link: int
+    name: str
+    parent: Key | None
     shape: str
-    size: tuple[float, ...]
-    position: Array
-    rotation: Array
+    pieces: tuple[Piece, ...] = ()
     reach: float = 0.0
-    points: Array | None = None
-    pieces: tuple[Side, ...] = ()
 
     @property
     def measured(self) -> bool:
         """Whether PyBullet must find its nearest point."""
-        return self.shape not in CLOSED_FORM
+        return not self.pieces
 
-    def add_to(self, world: World, body: int, offset: Array, turn: Array, rounding: float | None) -> list[int]:
+    def add_to(self, world: World, body: int, pose: Pose, rounding: float | None) -> list[int]:
         """Add the shape to a body of the world; return the numbers of the shapes that it makes.
 
-        Args:
-            world: The world.
-            body: Of the world.
-            offset, turn: Position [m] and rotation matrix of PyBullet's inertial frame in that body.
-            rounding: Radius [m] of edges, None: the default.
+        pose: of PyBullet's inertial frame in that body. rounding: radius [m] of edges, None: the default.
         """
-        if self.pieces:
-            return [shape for piece in self.pieces for shape in piece.add_to(world, body, offset, turn, rounding)]
-        at, own = (offset + turn @ self.position, turn @ self.rotation) if self.points is None else (offset, turn)
-        return world.add_shape(self.shape, body, np.array(self.size), at, quaternion_of(own), rounding, self.points)
+        made = (
+            world.add_shape(one.kind, body, np.array(one.sizes), *pose.then(one.pose), rounding, one.points)
+            for one in self.pieces
+        )
+        return [number for numbers in made for number in numbers]
 
     @property
     def key(self) -> Key:
@@ -93,7 +96,7 @@ class Side:
         return self.body, self.link
 
     def __str__(self) -> str:
-        return name_of(self.key)
+        return name_of(self.key) + (f" ({self.name!r})" if self.name else "")
 
 
 def name_of(key: Key) -> str:
@@ -124,25 +127,28 @@ def read_sides(client: int, which: str, bodies: Any, link: Any) -> list[Side]:
     Raises:
         ValueError: No such body or link, no collision shape, not a multibody, a planar joint, or an empty set.
     """
-    there = {p.getBodyUniqueId(i, client): None for i in range(p.getNumBodies(client))}
-    if not np.iterable(bodies) or isinstance(bodies, str | bytes):
-        return [read_side(client, which, bodies, link, there)]
-    sides: dict[Key, Side] = {}
-    for entry in bodies:
-        if isinstance(entry, Iterable) and not isinstance(entry, str | bytes):
-            members = list(entry)
-            if len(members) != 2:
-                raise ValueError(f"body_{which}: holds {entry!r}; each must be a body or (body, link)")
-            side = read_side(client, which, members[0], members[1], there)
-        else:
-            side = read_side(client, which, entry, link, there)
+    there, sides = bodies_of(client), dict[Key, Side]()
+    for entry in bodies if _holds(bodies) else [(bodies, link)]:
+        members = list(entry) if _holds(entry) else [entry, link]
+        if len(members) != 2:
+            raise ValueError(f"body_{which}: holds {entry!r}; each must be a body or (body, link)")
+        side = read_side(client, which, members[0], members[1], there)
         sides[side.key] = side
     if not sides:
         raise ValueError(f"body_{which} = {bodies!r}: holds no bodies; must hold one or more")
     return list(sides.values())
 
 
-def read_side(client: int, which: str, body: Any, link: Any, there: dict[int, None]) -> Side:
+def bodies_of(client: int) -> list[int]:
+    """Return the ids of all bodies of a client."""
+    return [p.getBodyUniqueId(i, client) for i in range(p.getNumBodies(client))]
+
+
+def _holds(value: Any) -> bool:
+    return np.iterable(value) and not isinstance(value, str | bytes)
+
+
+def read_side(client: int, which: str, body: Any, link: Any, there: list[int]) -> Side:
     """Check the ids of one side and read its shape; there: ids of all bodies; errors as for `read_sides`."""
     # checked first: PyBullet's getDynamicsInfo of a link that does not exist ends the process
     body = identity(f"body_{which}", body, there, "the bodies of this client")
@@ -157,15 +163,18 @@ def read_side(client: int, which: str, body: Any, link: Any, there: dict[int, No
     shapes = collision_shapes(client, body, link)
     if not shapes:
         raise ValueError(f"body_{which} = {body}, link_{which} = {link}: has no collision shape to touch with")
-    sides = [
-        _side(client, body, link, SHAPE_NAMES.get(kind, f"shape of type {kind}"), size, np.array(at), rotation(turn))
-        for _, _, kind, size, _, at, turn in shapes
-    ]
-    if len(sides) == 1:
-        return sides[0]
-    if all(side.size for side in sides):
-        return Side(body, link, PIECES, (), np.zeros(3), np.eye(3), pieces=tuple(sides))
-    return _side(client, body, link, "compound", (0.0, 0.0), np.zeros(3), np.eye(3))
+    info = None if link == BASE else p.getJointInfo(body, link, client)
+    own = (body, link, info[LINK_NAME].decode(), (body, info[PARENT])) if info else (body, link, "", None)
+    kinds = [SHAPE_NAMES.get(kind, f"shape of type {kind}") for _, _, kind, *_ in shapes]
+    pieces = [_piece((body, link), client, kind, *more) for kind, (_, _, _, *more) in zip(kinds, shapes, strict=True)]
+    found = tuple(piece for piece in pieces if piece and (piece.sizes or len(pieces) == 1))
+    if len(found) == len(shapes):
+        return Side(*own, kinds[0] if len(kinds) == 1 else PIECES, found)
+    shape = "compound" if len(kinds) > 1 else "concave mesh" if kinds[0] == "mesh" else kinds[0]
+    centre = p.getBasePositionAndOrientation(body, client)[0] if link == BASE else p.getLinkState(body, link, 0, 1)[0]
+    corners = np.array(p.getAABB(body, link, client))
+    reach = float(np.linalg.norm(np.abs(corners - np.array(centre)).max(axis=0)))
+    return Side(*own, shape, (), reach)
 
 
 def collision_shapes(client: int, body: int, link: int) -> Any:
@@ -179,23 +188,18 @@ def collision_shapes(client: int, body: int, link: int) -> Any:
     return found or [(body, link, p.GEOM_HEIGHTFIELD, (0.0, 0.0, 0.0), b"", at, turn) for at, turn in fields]
 
 
-def _side(client: int, body: int, link: int, name: str, size: Any, position: Array, turn: Array) -> Side:
+def _piece(key: Key, client: int, kind: str, size: Any, _: Any, position: Any, turn: Any) -> Piece | None:
+    """Return a shape as getCollisionShapeData describes it; None: it has no closed form."""
     long = size[1], 0.5 * size[0]  # size is (length, radius), without a capsule's caps; full lengths for a box
     sizes = {"sphere": size[:1], "capsule": long, "cylinder": long, "box": tuple(0.5 * np.array(size))}
-    if name in sizes:
-        return Side(body, link, name, sizes[name], position, turn)
-    if name == "plane":  # size is the normal, in the shape's frame
+    if kind in sizes:
+        return Piece(kind, sizes[kind], pose_of(position, turn))
+    if kind == "plane":  # size is the normal, in the shape's frame
         normal = np.array(size)
-        return Side(body, link, name, (), position, turn @ turn_to(normal / np.linalg.norm(normal)))
-    if name == "mesh":
-        count, points = p.getMeshData(body, link, physicsClientId=client)
-        if count > 0:
-            return Side(body, link, name, (), position, turn, 0.0, np.array(points))
-        name = "concave mesh"
-    centre = p.getBasePositionAndOrientation(body, client)[0] if link == BASE else p.getLinkState(body, link, 0, 1)[0]
-    corners = np.array(p.getAABB(body, link, client))
-    reach = float(np.linalg.norm(np.abs(corners - np.array(centre)).max(axis=0)))
-    return Side(body, link, name, (), position, turn, reach)
+        upright = Pose(ORIGIN, quaternion_of(turn_to(normal / np.linalg.norm(normal))))
+        return Piece(kind, (), pose_of(position, turn).then(upright))
+    count, points = p.getMeshData(*key, physicsClientId=client) if kind == "mesh" else (0, ())
+    return Piece(kind, (), IDENTITY, np.array(points)) if count > 0 else None
 
 
 def client_of(client: Any) -> int:
@@ -222,8 +226,8 @@ SERVED = (
 )
 
 
-def check_served(a: Side, b: Side, free: bool) -> None:
-    """Refuse two shapes that touch in more than one point, whatever radius they are given.
+def check_served(pair: ContactPair, a: Side, b: Side, free: bool) -> None:
+    """Refuse two shapes that touch in more than one point, and a measured shape if the pair gives no radius.
 
     Boxes and cylinders have round parts for flat shapes. For a measured face or edge only one point is known: the force
     there would turn the body over, as the contacts at its other corners are missing. free: whether a body of the two is
@@ -233,29 +237,16 @@ def check_served(a: Side, b: Side, free: bool) -> None:
     Raises:
         ValueError: The law cannot serve them.
     """
-    shapes = a.shape, b.shape
-    if not (a.measured or b.measured) and shapes != ("plane", "plane"):
-        return
-    if "sphere" in shapes or ("capsule" in shapes and not free):
-        return
-    what = f"{a} ({a.shape}) and {b} ({b.shape})"
-    if "capsule" in shapes:
-        other = b if a.shape == "capsule" else a
-        raise ValueError(
-            f"{what}, one of them free: a capsule that tumbles touches a {other.shape} in more than one point; "
-            f"{SERVED} (a capsule on other shapes if neither is a body of its own without joints)"
-        )
-    raise ValueError(f"{what} touch along a face or edge, not in one point; {SERVED}")
-
-
-def check_radius(pair: ContactPair, a: Side, b: Side) -> None:
-    """Refuse a shape without a radius of curvature where the pair gives no radius.
-
-    Raises:
-        ValueError: One of the shapes has none.
-    """
+    shapes, what = (a.shape, b.shape), f"{a} ({a.shape}) and {b} ({b.shape})"
+    if shapes == ("plane", "plane") or ((a.measured or b.measured) and not {"sphere", "capsule"} & set(shapes)):
+        raise ValueError(f"{what} touch along a face or edge, not in one point; {SERVED}")
     for name, side in (("a", a), ("b", b)):
-        if pair.radius is None and side.measured:
+        if side.measured and free and "sphere" not in shapes:
+            raise ValueError(
+                f"{what}, one of them free: a capsule that tumbles touches a {side.shape} in more than one point; "
+                f"{SERVED} (a capsule on other shapes if neither is a body of its own without joints)"
+            )
+        if side.measured and pair.radius is None:
             raise ValueError(
                 f"radius = None: {side} (body_{name}) is a {side.shape}, without one radius of curvature; "
                 f"give the pair an effective radius [m], or use a {WITH_RADIUS}"
@@ -266,6 +257,11 @@ def can_move(client: int, body: int) -> bool:
     """Return whether a body has any coordinates: it is free, or has joints that let its links move."""
     joints = (p.getJointInfo(body, joint, client)[2] for joint in range(p.getNumJoints(body, client)))
     return p.getDynamicsInfo(body, BASE, client)[0] > 0.0 or any(kind in KINDS for kind in joints)
+
+
+def pose_of(position: tuple[float, ...], quaternion: tuple[float, ...]) -> Pose:
+    """Return a pose from PyBullet's position and quaternion, scalar last."""
+    return Pose(np.array(position), np.array([quaternion[3], *quaternion[:3]]))
 
 
 def rotation(quaternion: tuple[float, ...]) -> Array:

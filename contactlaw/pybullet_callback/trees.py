@@ -17,19 +17,18 @@ held too, pushed or not, so that a foot that is just lifted is as heavy when it 
 from __future__ import annotations
 
 from math import isfinite
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pybullet as p
 
-from contactlaw.pybullet_callback.shapes import BASE, KINDS, Key, rotation
+from contactlaw.pybullet_callback.shapes import BASE, KINDS, PARENT, Key, pose_of, rotation
 from contactlaw.world import World
-from contactlaw.world.data.frames import UNTURNED, matrix_of, product, quaternion_of
-from contactlaw.world.data.records import AXIS, BALL, FREE_JOINT, HINGE, SLIDE, Array, Arrays
+from contactlaw.world.data.frames import CONJUGATE, IDENTITY, UNTURNED, Pose
+from contactlaw.world.data.records import AXIS, BALL, FREE_JOINT, SLIDE, Array, Arrays
 from contactlaw.world.trees.coordinates import carriers, matrix_of_factor, numbers, settle
-from contactlaw.world.trees.description import ZERO
-from contactlaw.world.trees.tree_records import Q_SIZE, V_SIZE, TreeRecords
+from contactlaw.world.trees.description import Joint, Part, records_of
+from contactlaw.world.trees.joint_space import JointSpace
 
 LEAST_INERTIA = 1e-12  # [m^2], of moments of inertia over mass
 EXACT = 1e-9  # relative difference of a coordinate that counts as rounding
@@ -39,23 +38,23 @@ HELD = 1e3  # armature of a joint that a motor holds, over the inertia that it c
 UP = (0.0, 0.0, 1.0)
 
 
-def turned_by(turn: Array) -> Array:
-    """Return the quaternion of a rotation vector [rad]."""
-    angle = float(np.linalg.norm(turn))
-    return np.array([np.cos(0.5 * angle), *(0.5 * np.sinc(0.5 * angle / np.pi) * turn)])
-
-
 def axes_of(quaternion: Array) -> Array:
     """Return the rotation matrix (3, 3) of a quaternion, scalar first; faster by PyBullet than `frames.matrix_of`."""
     w, x, y, z = quaternion.tolist()
     return rotation((x, y, z, w))
 
 
+def _part(inertias: tuple[Any, ...], *more: Any) -> Part:
+    """Return a link from what `Tree.inertias` says of it."""
+    mass, moments, *_ = inertias
+    return Part(mass, np.maximum(moments, LEAST_INERTIA * mass), *more)
+
+
 class Tree:
     """A body of PyBullet with joints, as a tree of a world.
 
     Attributes:
-        joints: Link, kind, and first index among coordinates and velocities of each joint; link -1: the free base.
+        joints: Kind, and first index among coordinates and velocities of each joint, that of a free base included.
         rows: Its `TreeRecords`.
         links: PyBullet's links that move, in their order.
         heads: First link of each body of the tree (links connected by fixed joints are one body).
@@ -66,54 +65,30 @@ class Tree:
         infos = [p.getJointInfo(body, link, client) for link in range(p.getNumJoints(body, client))]
         self._all = range(BASE, len(infos))
         self.known = self.inertias()
-        dynamics = dict(zip(self._all, self.known, strict=True))
-        self.free = dynamics[BASE][0] > 0.0
-        moves, kinds = {BASE: self.free}, {BASE: FREE_JOINT} if self.free else {}
-        joint_at, axes = [np.zeros(3)] * self.free, [UP] * self.free
-        stands = {BASE: (np.zeros(3), np.eye(3))}  # pose in the base's inertial frame of links fixed to it
-        places = [stands[BASE]] * self.free
+        self.free = self.known[0][0] > 0.0
+        self.links, self.heads = [BASE] * self.free, [BASE] * self.free
+        parts = [_part(self.known[0], [Joint("free")])] * self.free
+        stands: dict[int, Pose] = {}  # pose in the base's inertial frame of links fixed to it
         for link, info in enumerate(infos):  # info[13:17]: axis, position and inverse rotation in the parent, parent
-            moves[link] = moves[info[16]] or info[2] in KINDS
-            at, turn = -rotation(dynamics[link][3]).T @ dynamics[link][2], rotation(info[15]).T
-            origin, frame = stands.get(info[16], stands[BASE])
-            place = origin + frame @ (info[14] - turn @ at), frame @ turn
-            if moves[link]:
-                places.append(place)
-            else:
+            own, parent, kind = self.known[link + 1], info[PARENT], KINDS.get(info[2])
+            at = pose_of(own[2], own[3]).inverse().place
+            joint = pose_of(info[14], info[15])
+            joint = stands.get(parent, IDENTITY).then(Pose(joint.place, joint.turn * CONJUGATE))
+            place = joint.then(Pose(-at, UNTURNED))
+            carrier = self.links.index(parent) if parent in self.links else -1
+            if carrier < 0 and kind is None:
                 stands[link] = place
-            if info[2] in KINDS:
-                kinds[link] = KINDS[info[2]]
-                joint_at.append(at)
-                axes.append(info[13] if kinds[link] in (HINGE, SLIDE) else UP)
-        self.links, self.heads = [link for link in moves if moves[link]], list(kinds)
-        self.joints: list[tuple[int, int, int, int]] = []
-        self.q_size = self.v_size = 0
-        for link, kind in kinds.items():
-            self.joints.append((link, kind, self.q_size, self.v_size))
-            self.q_size, self.v_size = self.q_size + Q_SIZE[kind], self.v_size + V_SIZE[kind]
-        held = [joint for joint in self.joints if joint[1] != FREE_JOINT]
-        self._joint_links, self._kinds = [joint[0] for joint in held], [joint[1:] for joint in held]
-        self._quaternion_joints = [joint for joint in self.joints if joint[1] not in (HINGE, SLIDE)]
-        scalars = [joint for joint in self.joints if joint[1] in (HINGE, SLIDE)]
-        self.scalar_q, self.scalar_v = ([joint[i] for joint in scalars] for i in (2, 3))
-        self.torque = np.zeros(len(scalars))
-        count, joint_count = len(self.links), [int(link in kinds) for link in self.links]
-        parents = {link: number for number, link in enumerate(self.links)}
-        self.rows = TreeRecords(
-            SimpleNamespace(
-                body_parentid=[-1 if link == BASE else parents.get(infos[link][16], -1) for link in self.links],
-                body_jntnum=joint_count, body_jntadr=np.cumsum([0, *joint_count])[:-1],
-                body_pos=[place[0] for place in places], body_quat=[quaternion_of(place[1]) for place in places],
-                body_ipos=np.zeros((count, 3)), body_iquat=np.tile(UNTURNED, (count, 1)),
-                body_mass=[dynamics[link][0] for link in self.links],
-                body_inertia=[np.maximum(dynamics[link][1], LEAST_INERTIA * dynamics[link][0]) for link in self.links],
-                jnt_type=[joint[1] for joint in self.joints], jnt_pos=np.array(joint_at), jnt_axis=np.array(axes),
-                jnt_qposadr=[joint[2] for joint in self.joints], jnt_dofadr=[joint[3] for joint in self.joints],
-                qpos0=np.concatenate([ZERO[kind] for kind in kinds.values()]),
-                dof_armature=np.zeros(self.v_size), dof_damping=np.zeros(self.v_size),
-            ),
-            range(count),
-        )  # fmt: skip
+                continue
+            joints = [] if kind is None else [Joint(kind, at, UP if kind == "ball" else info[13])]
+            parts.append(_part(own, joints, carrier, *place))
+            self.links.append(link)
+            self.heads += [link] * len(joints)
+        self.rows = records_of(parts)
+        self.q_size, self.v_size = self.rows.start.size, self.rows.axes.size
+        self.joints = self.rows.joints[["kind", "first_q", "first_axis"]].tolist()
+        self._joint_links, self._kinds = self.heads[self.free :], self.joints[self.free :]
+        self.space = JointSpace(self.rows.joints)
+        self.torque = np.zeros(len(self.space.scalar_v))
         self.now = self.left = self.start = np.full(self.q_size, np.nan), np.zeros(self.v_size)
         self.bullet_time, self.matrix = 0.0, np.zeros((self.v_size, self.v_size))
         self.correction: Array | None = None
@@ -122,7 +97,7 @@ class Tree:
         self._joints: Array | None = None
         links, before = self.rows.links, self.rows.links["parent"].tolist()
         owners = np.repeat(np.arange(links.size), links["axes"]).tolist()
-        straight = [k for _, kind, _, first in self.joints for k in range(first, first + TRANSLATIONS.get(kind, 0))]
+        straight = [k for kind, _, first in self.joints for k in range(first, first + TRANSLATIONS.get(kind, 0))]
         self._translations = [(k, owners[k], before[owners[k]]) for k in straight]
         self._rotations = np.zeros((links.size, self.v_size))  # sign with which the moment about an axis acts on a body
         for k in set(range(self.v_size)) - set(straight):
@@ -141,10 +116,10 @@ class Tree:
         dynamics = (p.getDynamicsInfo(self.body, link, self._client) for link in self._all)
         return [(one[0], *one[2:5]) for one in dynamics]
 
-    def place_of(self, link: int) -> tuple[int, Array, Array]:
+    def place_of(self, link: int) -> tuple[int, Pose]:
         """Return the body of the tree that a link is part of, and the pose of the link's inertial frame in it."""
         i = self.links.index(link)
-        return int(self.rows.row[i]), self.rows.at[i], matrix_of(self.rows.quaternion[i])
+        return int(self.rows.row[i]), Pose(self.rows.at[i], self.rows.quaternion[i])
 
     def read(self) -> tuple[Array, Array]:
         """Return coordinates and velocities as PyBullet has them; read `torque` of the motors of hinges and slides."""
@@ -182,32 +157,6 @@ class Tree:
             p.resetBasePositionAndOrientation(self.body, (x, y, z), [*turn[1:], turn[0]], self._client)
             p.resetBaseVelocity(self.body, v[:3].tolist(), (axes_of(q[3:7]) @ v[3:6]).tolist(), self._client)
 
-    def moved(self, q: Array, x: Array) -> Array:
-        """Return coordinates q displaced by x, shape (v_size,), rotations along the bodies' axes."""
-        out = q.copy()
-        out[self.scalar_q] += x[self.scalar_v]
-        for _, kind, i, j in self._quaternion_joints:
-            if kind == FREE_JOINT:
-                out[i : i + 3] += x[j : j + 3]
-                i, j = i + 3, j + 3
-            turn = product(out[i : i + 4], turned_by(x[j : j + 3]))
-            out[i : i + 4] = turn / np.linalg.norm(turn)
-        return out
-
-    def between(self, q: Array, other: Array) -> Array:
-        """Return the displacement, shape (v_size,), from coordinates q to others."""
-        out = np.zeros(self.v_size)
-        out[self.scalar_v] = other[self.scalar_q] - q[self.scalar_q]
-        for _, kind, i, j in self._quaternion_joints:
-            if kind == FREE_JOINT:
-                out[j : j + 3] = other[i : i + 3] - q[i : i + 3]
-                i, j = i + 3, j + 3
-            turn = product(q[i : i + 4] * [1.0, -1.0, -1.0, -1.0], other[i : i + 4])
-            turn = turn if turn[0] >= 0.0 else -turn
-            sine = float(np.linalg.norm(turn[1:]))
-            out[j : j + 3] = 2.0 * (np.arctan2(sine, turn[0]) / sine if sine > 0.0 else 1.0) * turn[1:]
-        return out
-
     def along(self, v: Array, q: Array, other: Array) -> Array:
         """Return velocities v, whose spin of the base is along its axes at q, with the spin along those at `other`."""
         out = v.copy()
@@ -232,18 +181,18 @@ class Tree:
         """Take the state at the start of a step, correct its coordinates, and see whether the user has moved it."""
         self._bind(world)
         q, v = self.now
-        left = self.moved(self.left[0], self.bullet_time * v) if self.bullet_time > 0.0 else self.left[0]
+        left = self.space.moved(self.left[0], self.bullet_time * v) if self.bullet_time > 0.0 else self.left[0]
         near = EXACT * (1.0 + np.abs(q).max(initial=0.0))
         self.placed = (
             not np.abs(left - q).max(initial=0.0) <= 0.5 * near
-            and not np.abs(self.between(left, q)).max(initial=0.0) <= near
+            and not np.abs(self.space.between(left, q)).max(initial=0.0) <= near
         )
         if self.placed:
             self.force[:], self.push[:], self.pressed = 0.0, 0.0, False
         elif self.bullet_time > 0.0:
             self._find_forces((v - self.start[1]) / self.bullet_time)
         if self.correction is not None and not self.placed:
-            q, old = self.moved(q, self.correction), q
+            q, old = self.space.moved(q, self.correction), q
             v = self.along(v, old, q)
             self.write(q, v)
         self.correction = None
@@ -256,7 +205,7 @@ class Tree:
 
     def _find_forces(self, gained: Array) -> None:
         """Find the forces on the joints, and which joints a motor held against `push`, from a step's accelerations."""
-        known, i = self.matrix @ self.free_acceleration, self.scalar_v
+        known, i = self.matrix @ self.free_acceleration, self.space.scalar_v
         armature, inertia = self._axes["armature"][i], self.matrix[i, i]
         torque = np.abs(self.torque)
         held = np.abs(gained[i]) * (inertia - armature) < np.maximum(np.abs(self.push[i]), CARRIES * torque)
@@ -305,7 +254,7 @@ class Tree:
             self.left, self.bullet_time = (q, v), 0.0
             return False
         self.left, self.bullet_time = (self.start[0], shown), dt
-        self.correction = self.between(self.moved(self.start[0], dt * shown), q)
+        self.correction = self.space.between(self.space.moved(self.start[0], dt * shown), q)
         self._put(world, *self.start)  # the pose at which it is pushed
         return True
 

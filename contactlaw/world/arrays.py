@@ -7,19 +7,29 @@ from typing import Any
 import numpy as np
 
 from contactlaw.jit import INTERPRETED
+from contactlaw.laws.record import PAIR as LAW
+from contactlaw.laws.record import PAIR_SIZE
 from contactlaw.world.data.records import (
     BODY,
     BOX,
     CONTACT,
+    CORNER,
     CYLINDER,
+    DISC,
+    EDGE,
     ELLIPSOID,
+    END,
+    FREE,
     GUARD,
+    HULL,
     NEAR,
     PAIR,
     PLANE,
     ROW,
     SEGMENT,
     SHAPE,
+    SIDE,
+    SPHERE,
     TANGENT,
     TREE,
     WORLD,
@@ -35,6 +45,10 @@ from contactlaw.world.trees.coordinates import addresses
 FAR = 1e3  # [m] reach of a plane on a moving body
 RECORDED, NONE = set(SHAPE.names or ()), np.zeros((0, 3))  # fields of shapes; no vertices
 LEAST = 64  # room for near pairs and contacts at the start
+# Contacts at once that there is room for, for each round shape by its kind; of a hull with its parts. (Balls of any
+# sizes that do not overlap have at most 7.5 contacts a ball, Kuperberg & Schramm 1994.)
+NEIGHBOURS = {SPHERE: 8, END: 8, SEGMENT: 8, CORNER: 3, EDGE: 2, DISC: 4, SIDE: 4, ELLIPSOID: 8, HULL: 32}
+NEAR_PAIRS, NEAR_PAIRS_OF_PART = 40, 8  # room in the list of near pairs, for each round shape and each part of a hull
 
 
 def empty() -> Arrays:
@@ -145,6 +159,7 @@ def with_pair(one: Arrays, radius: float, numbers: Array, size: int) -> Arrays:
     """
     pairs = longer(one.pairs, 1)
     pairs["radius"][-1], pairs["numbers"][-1] = radius, one.numbers.size
+    pairs["friction"][-1] = numbers[:PAIR_SIZE].view(LAW)["friction"][0]
     more = max(size - one.memory.shape[1], 0)
     memory = np.pad(one.memory, ((0, 0), (0, more)))
     return one._replace(
@@ -152,8 +167,20 @@ def with_pair(one: Arrays, radius: float, numbers: Array, size: int) -> Arrays:
     )
 
 
-def with_room(one: Arrays, near: int, contacts: int) -> Arrays:
-    """Return a world that has not been stepped with room for so many near pairs and contacts; takes no memory yet."""
+def with_room(one: Arrays, owners: Array) -> Arrays:
+    """Return a world that has not been stepped with room for near pairs and contacts; takes no memory yet.
+
+    owners: of each shape: its own number, or that of the shape that it is a part of.
+    """
+    kinds, counts = np.unique(one.shapes[["kind", "group"]], return_counts=True)
+    a, b = np.meshgrid(np.arange(kinds.size), np.arange(kinds.size), indexing="ij")
+    meet = (one.groups[kinds["group"][a], kinds["group"][b]] >= 0) & (kinds["kind"][a] <= kinds["kind"][b])
+    pairs = int((counts[a] * (counts[b] - (a == b)))[meet].sum())
+    # the parts of a hull are unknown while an engine's model is compiled, and the room must be the same later
+    parts = (one.shapes["kind"][owners] == HULL) & (one.shapes["kind"] != HULL)
+    rooms = [NEIGHBOURS[kind] for kind in one.shapes["kind"][~parts].tolist() if kind in NEIGHBOURS]
+    contacts = sum(rooms) if parts.any() else max(min(pairs, sum(rooms)), 1)
+    near = max(min(pairs, NEAR_PAIRS * len(rooms) + NEAR_PAIRS_OF_PART * int(parts.sum())), 1)
     one.world["spares"] = contacts
 
     def room(kind: Any, *shape: int) -> Array:
@@ -183,3 +210,23 @@ def with_more_room(one: Arrays) -> Arrays:
         saved_contacts=np.zeros(2 * more, CONTACT), saved_memory=np.zeros((2 * more, one.memory.shape[1])),
         spare=np.concatenate([new, one.spare[:spares], np.zeros(more - spares, np.int64)]),
     )  # fmt: skip
+
+
+def with_contacts_of(one: Arrays, old: Arrays, shapes: dict[int, int]) -> Arrays:
+    """Return a world with the contacts of an older one; shapes: numbers of the shapes that are in both, by the old."""
+    for slot in np.flatnonzero(old.contacts["phase"] != FREE):
+        c = old.contacts[slot]
+        a, b = shapes.get(int(c["shape_a"])), shapes.get(int(c["shape_b"]))
+        pair = -1 if a is None or b is None else one.groups[one.shapes["group"][a], one.shapes["group"][b]]
+        if pair < 0:
+            continue
+        one = with_more_room(one) if one.world["spares"][0] == 0 else one
+        one.world["spares"] -= 1
+        new = int(one.spare[one.world["spares"][0]])
+        own, size = one.contacts[new : new + 1], min(one.memory.shape[1], old.memory.shape[1])
+        own[0], own["pair"], own["near"] = c, pair, -1
+        for side, shape in (("a", a), ("b", b)):
+            own[f"shape_{side}"], own[f"body_{side}"] = shape, one.shapes["body"][shape]
+        one.memory[new, :size] = old.memory[slot, :size]
+    one.world["stale"] = 1
+    return one

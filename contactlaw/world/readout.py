@@ -49,6 +49,15 @@ def contacts(world: Arrays) -> Array:
     return out
 
 
+def mean_impulses(bodies: Array, rows: Array, dt: float) -> Array:
+    """Return the impulses on A of contacts over the last step dt [N s], shape (n, 3); one that sleeps keeps its force.
+
+    bodies, rows: records of all bodies, and of the contacts.
+    """
+    sleeps = (bodies["asleep"][rows["body_a"]] != 0) | (bodies["asleep"][rows["body_b"]] != 0)
+    return np.where(sleeps[..., None], dt * rows["force"], rows["impulse"] - rows["earlier"])
+
+
 def energy(world: Arrays) -> Energy:
     """Return the energy of a world; the potential one is zero at the origin."""
     pull = world.bodies["acceleration"].copy()

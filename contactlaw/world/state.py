@@ -25,6 +25,7 @@ from contactlaw.world.data.access import (
     axis_at,
     body_at,
     contact_at,
+    friction_of,
     law_of,
     link_at,
     memory_of,
@@ -246,9 +247,10 @@ def restore_contact(w, c, a, b):
     t, law, own = c.touch, law_of(w, pair_at(w.pairs, pair)), pair_at(w.pairs, pair).radius
     t.e_star, t.g_star = law.e_star, law.g_star
     if law.speeds == 0.0:
-        if t.mu != law.friction:  # the user has changed it since
-            t.friction = law.friction
-        t.mu, t.zeta = law.friction, law.zeta
+        mu = friction_of(pair_at(w.pairs, pair), sa, sb)
+        if t.mu != mu:  # the user has changed it since
+            t.friction = mu
+        t.mu, t.zeta = mu, law.zeta
     t.friction = max(min(t.friction, t.mu), 0.0)  # less than mu where the contact spins
     t.radius = own if own > 0.0 else t.radius
     both = sa.radius + sb.radius

@@ -72,7 +72,7 @@ def test_the_model_moves_as_the_engine_does(client: int, base_mass: float, joint
     one.begin_step(arrays, (1.0, 2.0, -G))
     one.set_tree(arrays, 0.0)
     for link in one.links:
-        member, at, _ = one.place_of(link)
+        member, (at, _) = one.place_of(link)
         own = arrays.bodies[one.first + 1 + member]
         pose = p.getBasePositionAndOrientation(body, client) if link < 0 else p.getLinkState(body, link, 0, 1, client)
         np.testing.assert_allclose(own["position"] + own["axes"].reshape(3, 3) @ at, pose[0], atol=1e-12)

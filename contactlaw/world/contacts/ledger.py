@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from contactlaw.world.data.records import FREE, Array
 
 
@@ -30,11 +28,10 @@ class Ledger:
     tangential_work: float
 
 
-def ledger(pairs: Array, contacts: Array, numbers: Array) -> Ledger:
-    """Return the ledger of the pairs with these numbers: of their contacts that have parted, and of present ones."""
-    own = pairs["ledger"][numbers]
-    (touches, _, _, duration, normal, across), (_, deepest, strongest, *_) = own.sum(0), own.max(0)
-    rows = contacts[(contacts["phase"] != FREE) & np.isin(contacts["pair"], numbers)]
+def ledger(pairs: Array, contacts: Array, number: int) -> Ledger:
+    """Return the ledger of the pair with this number: of its contacts that have parted, and of present ones."""
+    touches, deepest, strongest, duration, normal, across = pairs["ledger"][number]
+    rows = contacts[(contacts["phase"] != FREE) & (contacts["pair"] == number)]
     return Ledger(
         int(touches + rows["touches"].sum()), float(max([deepest, *rows["deepest"]])),
         float(max([strongest, *rows["strongest"]])), float(duration + rows["duration"].sum()),

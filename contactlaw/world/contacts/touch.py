@@ -17,7 +17,16 @@ from contactlaw.world.contacts import force
 from contactlaw.world.contacts.ends import damped_end, elastic_end
 from contactlaw.world.contacts.pace import MASS_TURN, ellipse_of, update_masses
 from contactlaw.world.contacts.rolling import moment_of, update_rolled
-from contactlaw.world.data.access import body_at, contact_at, law_of, near_at, pair_at, shape_at, speed_numbers
+from contactlaw.world.data.access import (
+    body_at,
+    contact_at,
+    friction_of,
+    law_of,
+    near_at,
+    pair_at,
+    shape_at,
+    speed_numbers,
+)
 from contactlaw.world.data.call import address, ask_separation, call_roll, ready
 from contactlaw.world.data.demand import ROLL
 from contactlaw.world.data.records import BOX, CLOSED, DISC, ELLIPSOID, FREE, NEVER, PARTED, RESIZED
@@ -64,6 +73,8 @@ def begin_contact(w, k, overlap):
     law = law_of(w, pair_at(w.pairs, q.pair))
     radius, along = ellipse_of(w, q)
     reset(t, law, radius)
+    t.mu = friction_of(pair_at(w.pairs, q.pair), shape_at(w.shapes, q.a), shape_at(w.shapes, q.b))
+    t.friction = t.mu
     a, b = body_at(w.bodies, q.body_a), body_at(w.bodies, q.body_b)
     _, n, arm_a, arm_b = meet(shape_at(w.shapes, q.a), a, shape_at(w.shapes, q.b), b)
     store(c.normal, n)

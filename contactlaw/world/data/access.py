@@ -5,6 +5,7 @@ Python owns the arrays (`world.arrays`), keeps them alive and writes their addre
 
 from __future__ import annotations
 
+from math import isnan
 from typing import Any
 
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
@@ -114,6 +115,19 @@ def memory_of(w, slot):
 def law_of(w, pair):
     """Return the parameters of a pair of materials that all laws share."""
     return law_at(w.numbers + 8 * pair.numbers, 0)
+
+
+@jit_inside
+def friction_of(pair, a, b):
+    """Return the friction coefficient of a pair of materials for shapes a and b.
+
+    If the pair has none: that of the shape with the higher priority, the greater one if both have the same.
+    """
+    if not isnan(pair.friction):
+        return pair.friction
+    if a.priority == b.priority:
+        return max(a.friction, b.friction)
+    return a.friction if a.priority > b.priority else b.friction
 
 
 @jit_inside

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -11,6 +13,8 @@ from contactlaw.world.data.records import Array
 ALIKE = 1e-12  # relative difference of moments of inertia that are equal
 
 ORIGIN, UNTURNED = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
+CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
+"""Factors of the components of a quaternion that make the one of the inverse rotation."""
 
 
 def unit_quaternion(name: str, value: ArrayLike) -> Array:
@@ -52,6 +56,29 @@ def quaternion_of(m: Array) -> Array:
     rows = np.array([[squares[0], a, b, c], [a, squares[1], d, e], [b, d, squares[2], f], [c, e, f, squares[3]]])
     row = rows[int(np.argmax(squares))]
     return row / np.linalg.norm(row)
+
+
+class Pose(NamedTuple):
+    """Position [m] and orientation (quaternion) of a frame in another one."""
+
+    place: Array
+    turn: Array
+
+    def then(self, other: Pose) -> Pose:
+        """Return the pose of a frame that is given relative to this one."""
+        if self is IDENTITY or other is IDENTITY:
+            return self if other is IDENTITY else other
+        return Pose(self.place + matrix_of(self.turn) @ other.place, product(self.turn, other.turn))
+
+    def inverse(self) -> Pose:
+        """Return the pose of the outer frame in this one."""
+        if not self.place.any() and (self.turn == UNTURNED).all():
+            return IDENTITY
+        turn = self.turn * CONJUGATE
+        return Pose(-matrix_of(turn) @ self.place, turn)
+
+
+IDENTITY = Pose(ORIGIN, UNTURNED)
 
 
 def turn_to(axis: Array) -> Array:

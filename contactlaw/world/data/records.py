@@ -180,6 +180,7 @@ SHAPE = record(
     meet="u8", curve="u8", nearest="u8",
     separation="u8",  # function that separates a core from a plane or another core, see `convex.separate`
     swept="u8",  # address of the table of `shapes.swept`, of all shapes but spheres and planes
+    friction="f8", priority="i8",  # coefficient for pairs that have none, and which of two shapes gives it
 )  # fmt: skip
 """A shape fixed to a body.
 
@@ -199,6 +200,7 @@ PAIR = record(
     radius="f8",  # effective radius [m] of its contacts; zero: that of the shapes
     numbers="i8",  # where its `laws.record.PAIR` begins in `Arrays.numbers`; the law's own numbers follow
     relaxed="i8",  # 1: deep initial overlaps of its contacts count as none, see `touch.begin_contact`
+    friction="f8",  # coefficient of its contacts; NaN: that of the shapes, see `access.friction_of`
     # sums over its contacts that have parted: touches, greatest overlap [m], greatest normal force [N], time in contact
     # [s], work of the normal force and of friction on the bodies [J]
     ledger=("f8", (LEDGER,)),

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlaw import checks
-from contactlaw.world.data.frames import principal, unit_quaternion
+from contactlaw.world.data.frames import UNTURNED, principal, unit_quaternion
 from contactlaw.world.data.records import BALL, FREE_JOINT, HINGE, SLIDE, Array
 from contactlaw.world.trees.tree_records import V_SIZE, TreeRecords
 
@@ -81,39 +81,50 @@ class Tree:
         if not parts:
             raise ValueError("parts: is empty; give at least one body")
         self.parts = list(parts)
-        joints = [(joint, KINDS[checks.one_of("kind", joint.kind, KINDS)]) for part in parts for joint in part.joints]
-        start = [ZERO[kind] for _, kind in joints]
-        q, v = [len(zero) for zero in start], [V_SIZE[kind] for _, kind in joints]
-        count = [len(part.joints) for part in parts]
         for number, part in enumerate(parts):
             if not part.joints:
                 raise ValueError(f"joints: part {number} has none; make it one body with its parent")
             if checks.count("parent", part.parent, -1) >= number:
                 raise ValueError(f"parent = {part.parent}: of part {number} must be from -1 to {number - 1}")
-        self.rows = TreeRecords(
-            SimpleNamespace(
-                body_parentid=[part.parent for part in parts],
-                body_jntnum=count,
-                body_jntadr=np.cumsum([0] + count)[:-1],
-                body_pos=[checks.vector("position", part.position) for part in parts],
-                body_quat=[unit_quaternion("quaternion", part.quaternion) for part in parts],
-                body_ipos=np.zeros((len(parts), 3)),
-                body_iquat=np.tile([1.0, 0.0, 0.0, 0.0], (len(parts), 1)),
-                body_mass=[checks.positive("mass", part.mass) for part in parts],
-                body_inertia=[_moments(part.inertia) for part in parts],
-                jnt_type=[kind for _, kind in joints],
-                jnt_pos=[checks.vector("at", joint.at) for joint, _ in joints],
-                jnt_axis=[checks.unit_vector("axis", joint.axis) for joint, _ in joints],
-                jnt_qposadr=np.cumsum([0] + q)[:-1],
-                jnt_dofadr=np.cumsum([0] + v)[:-1],
-                qpos0=np.concatenate(start),
-                dof_armature=np.repeat([checks.not_negative("armature", one.armature) for one, _ in joints], v),
-                dof_damping=np.repeat([checks.not_negative("damping", one.damping) for one, _ in joints], v),
-            ),
-            range(len(parts)),
-        )
+        self.rows = records_of([_checked(part) for part in parts])
         self.start = self.rows.start
         self.q_size, self.v_size = self.start.size, self.rows.axes.size
+
+
+def records_of(parts: Sequence[Part]) -> TreeRecords:
+    """Return the records of a tree; parts without joints become one body with what they are fixed to."""
+    joints, count = [joint for part in parts for joint in part.joints], [len(part.joints) for part in parts]
+    kinds = [KINDS[joint.kind] for joint in joints]
+    start, v = [ZERO[kind] for kind in kinds], [V_SIZE[kind] for kind in kinds]
+    arrays = {
+        "body_parentid": [part.parent for part in parts], "body_jntnum": count, "body_jntadr": _firsts(count),
+        "body_pos": [part.position for part in parts], "body_quat": [part.quaternion for part in parts],
+        "body_ipos": np.zeros((len(parts), 3)), "body_iquat": np.tile(UNTURNED, (len(parts), 1)),
+        "body_mass": [part.mass for part in parts], "body_inertia": [part.inertia for part in parts],
+        "jnt_type": kinds, "jnt_pos": [joint.at for joint in joints], "jnt_axis": [joint.axis for joint in joints],
+        "jnt_qposadr": _firsts([len(zero) for zero in start]), "jnt_dofadr": _firsts(v), "qpos0": np.concatenate(start),
+        "dof_armature": np.repeat([joint.armature for joint in joints], v),
+        "dof_damping": np.repeat([joint.damping for joint in joints], v),
+    }  # fmt: skip
+    return TreeRecords(SimpleNamespace(**arrays), range(len(parts)))
+
+
+def _firsts(sizes: list[int]) -> Array:
+    """Return where each of several things of these sizes begins if they follow each other."""
+    return np.cumsum([0, *sizes])[:-1]
+
+
+def _checked(part: Part) -> Part:
+    joints = [
+        Joint(
+            checks.one_of("kind", one.kind, KINDS), checks.vector("at", one.at), checks.unit_vector("axis", one.axis),
+            checks.not_negative("armature", one.armature), checks.not_negative("damping", one.damping),
+        ) for one in part.joints
+    ]  # fmt: skip
+    return Part(
+        checks.positive("mass", part.mass), _moments(part.inertia), joints, part.parent,
+        checks.vector("position", part.position), unit_quaternion("quaternion", part.quaternion),
+    )  # fmt: skip
 
 
 def _moments(inertia: ArrayLike) -> Array:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from contactlaw.world.data.frames import ALIKE, matrix_of, principal, product
+from contactlaw.world.data.frames import ALIKE, CONJUGATE, Pose, matrix_of, principal, product
 from contactlaw.world.data.records import AXIS, BALL, FREE_JOINT, HINGE, JOINT, LINK, SLIDE, Array, Arrays
 from contactlaw.world.trees.coordinates import numbers
 
@@ -59,20 +59,17 @@ class TreeRecords:
         joint = 0
         for body, number in known.items():  # poses are in the frames of links until the links are complete
             before = known.get(int(model.body_parentid[body]))
-            position, quaternion = np.array(model.body_pos[body]), np.array(model.body_quat[body])
-            if before is not None:
-                turn = self.quaternion[before]
-                position = self.at[before] + matrix_of(turn) @ position
-                quaternion = product(turn, quaternion)
+            pose = Pose(np.array(model.body_pos[body]), np.array(model.body_quat[body]))
+            pose = pose if before is None else Pose(self.at[before], self.quaternion[before]).then(pose)
             if body not in link_of:
                 if before is None:
                     raise ValueError(f"bodies: body {body} has no joint and hangs on no other of the tree")
-                self.row[number], self.at[number], self.quaternion[number] = self.row[before], position, quaternion
+                self.row[number], (self.at[number], self.quaternion[number]) = self.row[before], pose
                 continue
             self.row[number], self.quaternion[number] = link_of[body], (1.0, 0.0, 0.0, 0.0)
             link = self.links[link_of[body]]
             link["parent"] = -1 if before is None else self.row[before]
-            link["position"], link["quaternion"] = position, quaternion
+            link["position"], link["quaternion"] = pose
             link["first_joint"], link["joints"] = joint, model.body_jntnum[body]
             if FREE_JOINT in kinds[joint + (before is None) : joint + int(link["joints"])]:
                 raise ValueError(f"bodies: body {body} has a free joint behind another joint")
@@ -130,7 +127,7 @@ class TreeRecords:
                 link["inertia"], link["frame"] = principal(tensor)
         for i in range(len(bodies)):
             link = self.links[self.row[i]]
-            back = link["frame"] * [1.0, -1.0, -1.0, -1.0]
+            back = link["frame"] * CONJUGATE
             self.at[i] = matrix_of(back) @ (self.at[i] - link["centre"])
             self.quaternion[i] = product(back, self.quaternion[i])
 
