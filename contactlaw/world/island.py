@@ -135,9 +135,8 @@ def first_substeps(w, pairs, t, now, until):
 def take_substeps(w, bodies, pairs, t, now, until):
     """Step an island from t [s] until none of its pairs is closed, or to `until`; return that time [s].
 
-    now: start of the window [s]. Contacts that hardly change may coast for a block of substeps: these come last in the
-    list of pairs, after those that are evaluated. Every BLOCK substeps, and where a contact closes that needs shorter
-    ones, the length of substeps is reviewed.
+    now: start of the window [s]. Contacts that hardly change may coast. Every BLOCK substeps, and where a
+    contact closes that needs shorter ones, the length of substeps is reviewed.
     """
     shortest = SHORTEST * (until - now)
     h, next_h = first_substeps(w, pairs, t, now, until)
@@ -146,8 +145,8 @@ def take_substeps(w, bodies, pairs, t, now, until):
         if p.closed != 0:
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             apply_force(contact_at(w.contacts, p.slot), a, b, 0.5 * h)
-    # pairs that are evaluated, not coasting; whether those must stop coasting; the substep with which they began
-    evaluated, must_land, coast_h = pairs, False, h
+    # contacts that coast; whether one of them has left its range; the substep with which they began
+    coasting, left_range, coast_h = 0, False, h
     since_review, going, closed = 0, True, 0
     joints = False
     for i in range(bodies):
@@ -159,15 +158,15 @@ def take_substeps(w, bodies, pairs, t, now, until):
         t = until if is_last else t + h
         for i in range(bodies):
             drift(body_at(w.bodies, whole_at(w.island_bodies, i)), h)
-        if evaluated < pairs and (must_land or is_last or since_review == BLOCK or h != coast_h):
-            call_stop_coasting(address(w, STOP_COASTING), w, pairs - evaluated)
-            evaluated = pairs
+        every = is_last or h != coast_h
+        if coasting > 0 and (every or left_range or since_review == BLOCK):
+            coasting = call_stop_coasting(address(w, STOP_COASTING), w, pairs, every)
         w.twists = TWIST_ALWAYS
         if joints or closed > w.crowd:
             w.twists = TWIST_NOW if is_last or since_review % TORSION_EVERY == 0 else TWIST_LATER
         update_paths(w, bodies, max(next_h / h, 1.0))
-        closed, shorter = evaluate_contacts(w, evaluated, (h, next_h), closed <= w.crowd)
-        closed += pairs - evaluated
+        closed, shorter = evaluate_contacts(w, pairs, (h, next_h), closed <= w.crowd)
+        closed += coasting
         going = closed > 0 and not is_last
         if not going:
             next_h = 0.0
@@ -178,15 +177,14 @@ def take_substeps(w, bodies, pairs, t, now, until):
             if not may_keep(target, next_h):
                 next_h = left / ceil(left / target - 1e-9)
             since_review = 0
-        kick_bodies(w, evaluated, h, next_h)
-        must_land = review
-        if evaluated < pairs:
-            must_land = call_coast(address(w, COAST), w, pairs - evaluated, (h, 0.5 * (h + next_h))) or review
+        kick_bodies(w, pairs, h, next_h)
+        if coasting > 0:
+            left_range = call_coast(address(w, COAST), w, pairs, (h, 0.5 * (h + next_h)))
         w.kicks += closed
-        if evaluated == pairs and since_review <= 1 and next_h == h and closed > w.crowd:
+        if since_review <= 1 and next_h == h and closed > w.crowd:
             count = min(BLOCK, (until - t) / h)
             if count > LEAST_COASTED and ready(w, START_COASTING):
-                evaluated, coast_h = call_start_coasting(address(w, START_COASTING), w, pairs, h, count), h
+                coasting, coast_h = call_start_coasting(address(w, START_COASTING), w, pairs, h, count), h
         h = next_h
     w.twists = TWIST_ALWAYS
     for i in range(bodies):
@@ -196,13 +194,13 @@ def take_substeps(w, bodies, pairs, t, now, until):
 
 @jit_inline
 def kick_bodies(w, pairs, h, next_h):
-    """Kick bodies with the forces of contacts for half a substep of h [s] and half of the next one.
+    """Kick bodies with the forces of evaluated contacts for half a substep of h [s] and half of the next one.
 
     Contacts whose overlap has become zero open; they push only for what `contacts.ends` adds there.
     """
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
-        if p.closed == 0:
+        if p.closed == 0 or p.coasts != 0:
             continue
         c = contact_at(w.contacts, p.slot)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
@@ -238,10 +236,10 @@ def is_lost(w, bodies, time):
 
 @jit_inline
 def evaluate_contacts(w, pairs, span, few):
-    """Evaluate all contacts at the end of a substep; return how many are closed, and the shortest substep needed [s].
+    """Evaluate contacts at the end of a substep; return how many of them are closed, and the shortest substep needed.
 
-    The latter is that of contacts that have just closed or are about to; NEVER if there are none. span: lengths [s] of
-    this substep and of the next; few: see `substeps_per_impact`.
+    Those that coast are left out. The substep needed [s] is that of contacts that have just closed or are about to;
+    NEVER if there are none. span: lengths [s] of this substep and of the next; few: see `substeps_per_impact`.
     """
     closed, shorter = 0, NEVER
     for i in range(pairs):
@@ -253,13 +251,13 @@ def evaluate_contacts(w, pairs, span, few):
             if a.path + b.path + reach < p.path_limit:
                 continue
             shorter = min(shorter, measure_open_pair(w, k, reach, span, few))
-        if p.closed != 0:
+        if p.closed != 0 and p.coasts == 0:
             measure(w, contact_at(w.contacts, p.slot), a, b)
             a.pressing += 1
             b.pressing += 1
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
-        if p.closed != 0:
+        if p.closed != 0 and p.coasts == 0:
             c = contact_at(w.contacts, p.slot)
             advance(w, c, p.slot, span)
             if c.touch.overlap > 0.0:

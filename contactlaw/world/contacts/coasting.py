@@ -1,11 +1,11 @@
-"""Coasting: a cheap model of contacts that hardly change within some substeps, without their laws and shapes.
+"""Coasting: a cheap model of contacts that hardly change from substep to substep, without their laws and shapes.
 
-In a heap most contacts carry a nearly constant load. While such a contact coasts, for a run of substeps, normal, arms
-and tangential stiffness are held. Its overlap x changes by the bodies' motion along the normal, P = k x^1.5 plus the
-damper. Tangentially it is one spring of Mindlin's stiffness 2 G* a, which begins with the present force and slips at
-mu P. After the run the law is advanced by the whole displacement at once. The spring is never softer than the law: in
-loading it takes no less energy than the law stores, in unloading it gives back no more. The run ends early where a
-contact leaves the range in which this holds.
+In a heap most contacts carry a nearly constant load. While such a contact coasts, normal, arms and tangential stiffness
+are held. Its overlap x changes by the bodies' motion along the normal, P = k x^1.5 plus the damper. Tangentially it is
+one spring of Mindlin's stiffness 2 G* a, which begins with the present force and slips at mu P. Afterwards the law is
+advanced by the whole displacement at once. The spring is never softer than the law: in loading it takes no less energy
+than the law stores, in unloading it gives back no more. A contact coasts as long as it is in the range in which this
+holds.
 """
 
 from __future__ import annotations
@@ -15,46 +15,51 @@ from math import sqrt
 from contactlaw.jit import jit_inside
 from contactlaw.laws.hertz import damping_of, hertz_stiffness
 from contactlaw.laws.record import LASTING, SPRUNG, UNSHEARED
-from contactlaw.memory import set_whole, whole_at
+from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import moved_at
 from contactlaw.world.contacts.force import dashpot_of, has_dashpot
 from contactlaw.world.contacts.pace import closing_speed
 from contactlaw.world.contacts.touch import turn_frame
-from contactlaw.world.data.access import BODY_NUMBERS, body_at, contact_at, law_of, near_at, pair_at, row_at
+from contactlaw.world.data.access import (
+    BODY_NUMBERS,
+    body_at,
+    contact_at,
+    law_of,
+    near_at,
+    pair_at,
+    row_at,
+)
+from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, store, sub
 
-CHANGE = 0.5  # changes of overlap and friction expected in a run, at most: share of the overlap and of mu P
-LEAST, MOST = 0.6, 1.6  # range of the overlap, over that at the start of a run: outside, the run ends
-TURNING = 0.02  # change of the overlap by turning of the normal in a run, at most: share of the overlap
+CHANGE = 0.5  # changes of overlap and friction while a contact coasts, at most: share of the overlap and of mu P
+LEAST, MOST = 0.6, 1.6  # range of the overlap, over that at the start
+TURNING = 0.02  # change of the overlap by turning of the normal, at most: share of the overlap
 FULL = 0.98  # share of mu P from which a friction force counts as the limit
+TORSION_PHASE = 0.3  # [rad] of a torsional oscillation for which its moment may be held: critically damped, stable to 1
 
 
 def start_coasting(w, pairs, h, count):
-    """Let contacts of an island that hardly change coast for `count` substeps of h [s].
+    """Let contacts of an island coast that hardly change in `count` substeps of h [s]; return how many coast now.
 
-    Returns how many pairs do not coast. These then come first in the island's list; each other one has a row.
+    Each has the row of its place in the island's list.
     """
-    coasting, rest = 0, 0
+    coasting = 0
     for i in range(pairs):
         k = whole_at(w.island_pairs, i)
         p = near_at(w.near, k)
-        if p.closed != 0 and can_coast(w, p, h * count):
-            begin_row(w, row_at(w.rows, coasting), k, h)
-            coasting += 1
-        else:
-            set_whole(w.island_pairs, rest, k)
-            rest += 1
-    for i in range(coasting):
-        set_whole(w.island_pairs, rest + i, row_at(w.rows, i).near)
-    return rest
+        if p.closed != 0 and p.coasts == 0 and can_coast(w, p, h * count):
+            p.coasts = 1
+            begin_row(w, row_at(w.rows, i), k, h)
+        coasting += p.coasts
+    return coasting
 
 
 @jit_inside
 def can_coast(w, p, time):
     """Return whether a closed contact is expected to hardly change within a time [s], and has a coasting model.
 
-    Both bodies must be round or kinematic. With acceleration a, the overlap changes by (v + a t/2) t. A tangential
-    displacement x turns the normal by x over the sum of arms, which changes the overlap by x^2/2 over that sum.
+    Both bodies must be round or kinematic. With acceleration a, the overlap changes by (v + a t/2) t.
     """
     c, law = contact_at(w.contacts, p.slot), law_of(w, pair_at(w.pairs, p.pair))
     t = c.touch
@@ -65,16 +70,35 @@ def can_coast(w, p, time):
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     if not (is_round(a) and is_round(b)):
         return False
-    closing, n = closing_speed(c, a, b), load(c.normal)
-    if (abs(closing) + 0.5 * time * abs(c.closing_acceleration)) * time > CHANGE * t.overlap:
+    if (abs(closing_speed(c, a, b)) + 0.5 * time * abs(c.closing_acceleration)) * time > CHANGE * t.overlap:
         return False
-    velocity = sub(load(a.velocity), load(b.velocity))
-    across = time * norm(axpy(-dot(velocity, n), n, velocity))
-    if across * across > 2.0 * TURNING * t.overlap * (norm(load(c.arm_a)) + norm(load(c.arm_b))):
+    if time > turning_time(c, a, b):
         return False
     limit, friction = t.friction * t.force, sqrt(t.f * t.f + t.g * t.g)
     slid = sqrt(c.moved[0] ** 2 + c.moved[1] ** 2) / c.interval * time
     return friction > FULL * limit or 2.0 * t.g_star * sqrt(t.radius * t.overlap) * slid < CHANGE * limit
+
+
+@jit_inside
+def turning_time(c, a, b):
+    """Return the time [s] in which turning of the normal changes the overlap by the share TURNING.
+
+    A displacement x of the centres across the normal turns it by x over the sum of arms, which changes the overlap by
+    x^2/2 over that sum.
+    """
+    n, velocity = load(c.normal), sub(load(a.velocity), load(b.velocity))
+    across = norm(axpy(-dot(velocity, n), n, velocity))
+    return sqrt(2.0 * TURNING * c.touch.overlap * (norm(load(c.arm_a)) + norm(load(c.arm_b)))) / max(across, 1e-300)
+
+
+@jit_inside
+def torsion_time(w, c, a, b):
+    """Return the time [s] for which the moment about the normal may be held; NEVER if the contact has not spun."""
+    law, t = law_of(w, pair_at(w.pairs, c.pair)), c.touch
+    if c.torsion.span == 0.0:
+        return NEVER
+    stiffness = 16.0 / 3.0 * law.g_t * (t.radius * t.overlap) ** 1.5
+    return TORSION_PHASE / sqrt(stiffness * (a.inverse_inertia[0] + b.inverse_inertia[0]))
 
 
 @jit_inside
@@ -109,19 +133,26 @@ def begin_row(w, r, k, h):
         r.held_f -= r.drag * c.moved[0] / c.interval
         r.held_g -= r.drag * c.moved[1] / c.interval
     r.moment = c.torsion.moment
+    a, b = body_at(r.body_a, 0), body_at(r.body_b, 0)
+    r.longest = min(turning_time(c, a, b), torsion_time(w, c, a, b))
+    r.furthest = CHANGE * t.friction * t.force / r.spring
+    if t.f * t.f + t.g * t.g > (FULL * t.friction * t.force) ** 2:
+        r.furthest = NEVER
     store(r.slide, (0.0, 0.0, 0.0))
     store(r.impulse, (0.0, 0.0, 0.0))
     r.turned, r.normal_work, r.friction_work, r.time = 0.0, 0.0, 0.0, 0.0
 
 
-def advance_coasting(w, count, span):
-    """Advance all coasting contacts by the last substep and kick their bodies; returns whether one leaves its range.
+def advance_coasting(w, pairs, span):
+    """Advance coasting contacts by the last substep and kick their bodies; returns whether an overlap leaves its range.
 
     span: length [s] of the substep, and time [s] for which the forces act.
     """
     h, time = span
     rate, leaves = 1.0 / h, False
-    for i in range(count):
+    for i in range(pairs):
+        if near_at(w.near, whole_at(w.island_pairs, i)).coasts == 0:
+            continue
         r = row_at(w.rows, i)
         a, b = body_at(r.body_a, 0), body_at(r.body_b, 0)
         n, e, s, arm_a, arm_b = load(r.normal), load(r.tangent), load(r.side), load(r.arm_a), load(r.arm_b)
@@ -158,19 +189,42 @@ def advance_coasting(w, count, span):
     return leaves
 
 
-def stop_coasting(w, count):
-    """Write the rows of coasting contacts back; the next substep advances their laws by the whole displacement."""
-    for i in range(count):
-        r = row_at(w.rows, i)
-        if r.time == 0.0:
-            continue
-        c = contact_at(w.contacts, r.slot)
-        t = c.touch
-        c.coasted_from = t.overlap
-        store(c.coasted, load(r.slide))
-        turn_frame(c, load(c.normal), r.turned)
-        t.overlap, t.closing = r.overlap, r.closing
-        store(c.impulse, add(load(c.impulse), load(r.impulse)))
-        c.normal_work += r.normal_work
-        c.friction_work += r.friction_work
-        c.duration += r.time
+def stop_coasting(w, pairs, every):
+    """Stop every coasting contact, or those out of the range of the model; return how many coast on.
+
+    Their rows are written back; this substep advances their laws by the whole displacement.
+    """
+    coasting = 0
+    for i in range(pairs):
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        if p.coasts != 0:
+            r = row_at(w.rows, i)
+            p.coasts = 0 if every or not is_in_range(r) else 1
+            if p.coasts == 0:
+                end_row(w, r)
+            coasting += p.coasts
+    return coasting
+
+
+@jit_inside
+def is_in_range(r):
+    """Return whether a contact may coast on."""
+    slid = r.slide[0] * r.slide[0] + r.slide[1] * r.slide[1]
+    return r.least <= r.overlap <= r.most and slid < r.furthest * r.furthest and r.time < r.longest
+
+
+@jit_inside
+def end_row(w, r):
+    """Write the row of a coasting contact back."""
+    if r.time == 0.0:
+        return
+    c = contact_at(w.contacts, r.slot)
+    t = c.touch
+    c.coasted_from = t.overlap
+    store(c.coasted, load(r.slide))
+    turn_frame(c, load(c.normal), r.turned)
+    t.overlap, t.closing = r.overlap, r.closing
+    store(c.impulse, add(load(c.impulse), load(r.impulse)))
+    c.normal_work += r.normal_work
+    c.friction_work += r.friction_work
+    c.duration += r.time

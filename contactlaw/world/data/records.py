@@ -211,6 +211,7 @@ NEAR = record(
     a="i8", b="i8", body_a="i8", body_b="i8", pair="i8",
     slot="i8",  # of its contact, if that is closed or has been in this step; else -1
     closed="i8",
+    coasts="i8",  # 1: its contact coasts, see `contacts.coasting`
     active="i8",  # 1: taken into an island in this window
     link="i8",  # next pair of the island
     toi="f8",  # time of impact, a lower bound [s]
@@ -282,6 +283,7 @@ ROW = record(
     # normal and both tangential forces [N]; the latter of the spring alone; moment about the normal [N m]
     force="f8", f="f8", g="f8", held_f="f8", held_g="f8", moment="f8",
     turned="f8", time="f8",  # mean rotation of both bodies about the normal [rad]; time since it began to coast [s]
+    longest="f8", furthest="f8",  # time [s] and displacement [m] for which it may coast
     normal_work="f8", friction_work="f8",  # [J]
 )  # fmt: skip
 """A contact in an implicit step, see `implicit.step`, or one that coasts."""
