@@ -54,6 +54,7 @@ FIND, READ, WRITE = range(3)
 """Stages of a step, see `serve`."""
 
 SLEEPS = 3  # value of `JOINTED.there` beside `records.ASKED` and `records.PASSES`
+LOST = 100.0  # [m] or [rad], 16 revolutions, in a step: velocities of a tree that is lost
 
 SERVE = types.boolean(types.uint64, types.int64)
 PRESS = types.void(types.uint64, BODY_TYPE, VECTOR, VECTOR, types.uint64)
@@ -88,6 +89,8 @@ def read_trees(head):
     for i in range(head.tree_count):  # `find_passing` needs them where the engine's step has taken them
         j = jointed_at(head.trees, i)
         t = tree_at(w.trees, j.tree)
+        if is_lost(floats(d.qvel, j.v, t.v_size), head.step_size):
+            t.passes = PASSES  # the engine goes on with it by itself, without contacts, and finds it unstable
         if t.passes != DENIED:
             set_bodies(t, floats(d.qpos, j.q, t.q_size), floats(d.qvel, j.v, t.v_size))
             for k in range(t.count):
@@ -105,6 +108,15 @@ def read_trees(head):
             known = True
         read_tree(head, j, t)
     return not known
+
+
+@jit
+def is_lost(v, step):
+    """Return whether a velocity, [m/s] or [rad/s], is so great that no motion can be followed from step to step [s]."""
+    lost = False
+    for i in range(v.size):
+        lost = lost or abs(v[i]) * step > LOST
+    return lost
 
 
 @jit

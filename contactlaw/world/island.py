@@ -18,13 +18,13 @@ from contactlaw.world.data.access import body_at, contact_at, law_of, near_at, p
 from contactlaw.world.data.call import address, call_coast, call_start_coasting, call_stop_coasting, ready
 from contactlaw.world.data.demand import COAST, START_COASTING, STOP_COASTING
 from contactlaw.world.data.records import NEVER, TWIST_ALWAYS, TWIST_LATER, TWIST_NOW
-from contactlaw.world.data.vec import load, norm, store
+from contactlaw.world.data.vec import store
 from contactlaw.world.near.guards import gap_bound, meet_half_space, raise_listed_gap
 from contactlaw.world.near.time_of_impact import predict
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.sleep import fall_asleep
+from contactlaw.world.watching import LOOKAHEAD, put_first, update_paths, watch
 
-LOOKAHEAD = 2.0  # substeps within which an open pair must be able to close for its gap to be measured
 BLOCK = 16  # substeps between two reviews of their length
 LEAST_CHANGE = 0.75  # ratio of lengths from which substeps change; equal ones keep the leapfrog's symmetry
 ELASTIC = 60.0  # substeps of an elastic impact in a crowd, at least: a column of 20 keeps its energy to 1e-3
@@ -47,9 +47,9 @@ def integrate(w, root, now, until):
     bodies, pairs = list_members(w, root)
     t = now
     while t < until:
-        t = fly_to_touch(w, bodies, pairs, t, until)
+        t = fly_to_touch(w, root, bodies, pairs, t, now, until)
         if until - t > SHORTEST * (until - now):
-            t = take_substeps(w, bodies, pairs, t, now, until)
+            t = take_substeps(w, root, bodies, pairs, t, now, until)
             if is_lost(w, bodies, until - now):
                 for i in range(bodies):
                     b = body_at(w.bodies, whole_at(w.island_bodies, i))
@@ -86,15 +86,21 @@ def list_members(w, root):
 
 
 @jit_inside
-def fly_to_touch(w, bodies, pairs, t, until):
-    """Fly all bodies together from t [s] until a pair is closed, or to `until`; return that time [s]."""
+def fly_to_touch(w, root, bodies, pairs, t, now, until):
+    """Fly all bodies together from t [s] until a pair is closed, or to `until`; return that time [s].
+
+    root: first body of the island. now: start of the window [s], for which times of impact are known.
+    """
     soon = IMMEDIATE * (until - t)
     for number in range(MAX_ADVANCES):
         closed, first = False, NEVER
         for i in range(pairs):
             p = near_at(w.near, whole_at(w.island_pairs, i))
             if p.closed == 0:
-                if number == 0 or p.toi <= t + soon:  # in free flight a prediction holds
+                a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+                new = t > now or a.changed != 0 or b.changed != 0  # velocities changed; or one body has been woken
+                # in free flight a prediction holds
+                if p.toi <= t + soon or (number == 0 and (new or p.toi < until)):
                     predict_once(w, p, t)
                 first = min(first, p.toi)
                 touches = p.toi <= t + soon and p.gap <= TOUCHING * radius_of(w, p)
@@ -104,6 +110,11 @@ def fly_to_touch(w, bodies, pairs, t, until):
                 closed = True
         if closed:
             return t
+        if number == 0 and is_jointed(body_at(w.bodies, root)):
+            for i in range(pairs):
+                p = near_at(w.near, whole_at(w.island_pairs, i))
+                p.soon = 1 if p.toi < until else 0
+            pairs = put_first(w, root)
         t = min(max(first, t + 1e-6 * soon), until)
         for i in range(bodies):
             fly(body_at(w.bodies, whole_at(w.island_bodies, i)), t)
@@ -132,11 +143,11 @@ def first_substeps(w, pairs, t, now, until):
 
 
 @jit_inside
-def take_substeps(w, bodies, pairs, t, now, until):
+def take_substeps(w, root, bodies, pairs, t, now, until):
     """Step an island from t [s] until none of its pairs is closed, or to `until`; return that time [s].
 
-    now: start of the window [s]. Contacts that hardly change may coast. Every BLOCK substeps, and where a
-    contact closes that needs shorter ones, the length of substeps is reviewed.
+    root: first body of the island. now: start of the window [s]. Contacts that hardly change may coast. Every BLOCK
+    substeps, and where a contact closes that needs shorter ones, the length of substeps is reviewed.
     """
     shortest = SHORTEST * (until - now)
     h, next_h = first_substeps(w, pairs, t, now, until)
@@ -145,12 +156,15 @@ def take_substeps(w, bodies, pairs, t, now, until):
         if p.closed != 0:
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             apply_force(contact_at(w.contacts, p.slot), a, b, 0.5 * h)
+    watched, renew, begun = pairs, False, False
     # contacts that coast; whether one of them has left its range; the substep with which they began
     coasting, left_range, coast_h = 0, False, h
     since_review, going, closed = 0, True, 0
     joints = False
     for i in range(bodies):
-        joints = joints or is_jointed(body_at(w.bodies, whole_at(w.island_bodies, i)))
+        b = body_at(w.bodies, whole_at(w.island_bodies, i))
+        b.watched_path = NEVER
+        joints = joints or is_jointed(b)
     while going:
         since_review += 1
         left = until - t - h
@@ -158,33 +172,36 @@ def take_substeps(w, bodies, pairs, t, now, until):
         t = until if is_last else t + h
         for i in range(bodies):
             drift(body_at(w.bodies, whole_at(w.island_bodies, i)), h)
-        every = is_last or h != coast_h
+        every = is_last or renew or h != coast_h
         if coasting > 0 and (every or left_range or since_review == BLOCK):
-            coasting = call_stop_coasting(address(w, STOP_COASTING), w, pairs, every)
+            coasting = call_stop_coasting(address(w, STOP_COASTING), w, watched, every)
         w.twists = TWIST_ALWAYS
         if joints or closed > w.crowd:
             w.twists = TWIST_NOW if is_last or since_review % TORSION_EVERY == 0 else TWIST_LATER
-        update_paths(w, bodies, max(next_h / h, 1.0))
-        closed, shorter = evaluate_contacts(w, pairs, (h, next_h), closed <= w.crowd)
+        renew = update_paths(w, bodies, max(next_h / h, 1.0)) or renew
+        if renew and coasting == 0:
+            watched, renew = watch(w, root), False
+        closed, shorter = evaluate_contacts(w, watched, (h, next_h), closed <= w.crowd)
         closed += coasting
+        renew, begun = renew or (joints and not begun), True
         going = closed > 0 and not is_last
         if not going:
             next_h = 0.0
         review = going and shorter < (NEVER if closed <= w.crowd else LEAST_CHANGE * next_h)
         if review or (going and since_review == BLOCK):
-            target = max(min(substep_length(w, pairs, t), left), shortest)
+            target = max(min(substep_length(w, watched, t), left), shortest)
             going = not is_lost(w, bodies, until - now)
             if not may_keep(target, next_h):
                 next_h = left / ceil(left / target - 1e-9)
             since_review = 0
-        kick_bodies(w, pairs, h, next_h)
+        kick_bodies(w, watched, h, next_h)
         if coasting > 0:
-            left_range = call_coast(address(w, COAST), w, pairs, (h, 0.5 * (h + next_h)))
+            left_range = call_coast(address(w, COAST), w, watched, (h, 0.5 * (h + next_h)))
         w.kicks += closed
         if since_review <= 1 and next_h == h and closed > w.crowd:
             count = min(BLOCK, (until - t) / h)
             if count > LEAST_COASTED and ready(w, START_COASTING):
-                coasting, coast_h = call_start_coasting(address(w, START_COASTING), w, pairs, h, count), h
+                coasting, coast_h = call_start_coasting(address(w, START_COASTING), w, watched, h, count), h
         h = next_h
     w.twists = TWIST_ALWAYS
     for i in range(bodies):
@@ -209,20 +226,6 @@ def kick_bodies(w, pairs, h, next_h):
         else:
             apply_force(c, a, b, c.end_weight * h)
             end_contact(p, c)
-
-
-@jit_inline
-def update_paths(w, bodies, longer):
-    """Add what surfaces moved in a substep to their paths, and predict the next substep, `longer` times as long.
-
-    Contacts on each body are counted anew.
-    """
-    for i in range(bodies):
-        b = body_at(w.bodies, whole_at(w.island_bodies, i))
-        way = norm(load(b.shift)) + (b.reach * norm(load(b.twist)) if b.reach > 0.0 else 0.0)
-        b.path += way
-        b.next_path = longer * way
-        b.pressing = 0
 
 
 @jit_inside

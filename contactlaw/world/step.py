@@ -23,7 +23,7 @@ from contactlaw.world.data.demand import IMPLICIT, STEP
 from contactlaw.world.data.records import ASKED, BOUNDED, DENIED, MEASURED, NEVER, PARTED, PASSES, TANGENT, TWIST_ALWAYS
 from contactlaw.world.data.vec import load, store
 from contactlaw.world.island import integrate
-from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, separate_at_start, stays_open
+from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, gap_left, separate_at_start, stays_open
 from contactlaw.world.near.listing import count_slots, list_near, may_leave_margin
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.sleep import is_disturbed, wake, wake_body
@@ -119,7 +119,7 @@ def gap_suffices(w, p, a, b):
     Sets the pair's gap to the lower bound that its guard knows, where there is one.
     """
     if stays_open(w, p, 0.0, 2.0 * w.step * p.closing_bound):
-        p.gap, p.checked = p.listed_gap - guard_at(w.guards, p.guard).moved, BOUNDED
+        p.gap, p.checked = gap_left(w, p), BOUNDED
         return True
     if p.guard >= 0 and guard_at(w.guards, p.guard).separation > 0.0:
         p.gap, p.checked = guard_at(w.guards, p.guard).separation, BOUNDED
@@ -161,7 +161,9 @@ def finish(w, dt):
             if first >= dt:
                 break
             now = max(now, first)
-            window = shortest_new_impact(w, now)
+            touching, window = shortest_new_impact(w, now)
+            if not touching:
+                continue
             if window < NEVER and dt - now <= LATE_IMPACT * window:
                 break
         window = max(window, SHORTEST * dt)

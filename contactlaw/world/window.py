@@ -82,14 +82,20 @@ def flown_to(w, i, now, place):
 
 @jit_inside
 def shortest_new_impact(w, now):
-    """Return the duration [s] of the shortest impact that may begin now."""
-    shortest = NEVER
+    """Return whether any impact may begin now, and the duration [s] of the shortest of them.
+
+    Pairs of which the time of impact was a bound for all parts of two shapes are predicted anew.
+    """
+    touching, shortest = False, NEVER
     for k in range(w.nears):
         p = near_at(w.near, k)
         still = body_at(w.bodies, p.body_a).still != 0 and body_at(w.bodies, p.body_b).still != 0
         if p.closed == 0 and p.toi <= now and not still:
-            shortest = min(shortest, touch_duration(w, p))
-    return shortest
+            if p.bounded != 0:
+                predict_at(w, p, now)
+            if p.toi <= now:
+                touching, shortest = True, min(shortest, touch_duration(w, p))
+    return touching, shortest
 
 
 @jit_inside

@@ -241,6 +241,27 @@ def test_hulls_that_reach_into_each_others_cores_leave_each_other_alone_until_th
     assert data.qvel[0] > 0.05
 
 
+@pytest.mark.parametrize("root", ["", '<joint type="slide" axis="0 1 0" armature="1"/>'])
+def test_hulls_of_a_mechanism_that_cross_leave_each_other_alone_until_they_have_parted(root: str):
+    """Half of the finger is in its palm, so that their edges cross; it turns and slides out, and then touches."""
+    text = HULLS.replace('<body name="palm">', f'<body name="palm">{root}').replace(
+        'mesh="palm"/>', 'mesh="palm" mass="1"/>'
+    )
+    text = text.replace('<body name="finger">', '<body name="finger" pos=".1 0 0">')
+    model = load_model(text, [("*", "*", SOFT)])
+    data = mujoco.MjData(model)
+    data.qvel[-2:] = 0.2, 1.0
+    start = data.qvel.copy()
+    for _ in range(200):
+        mujoco.mj_step(model, data)
+        assert np.abs(data.qvel - start).max() < 1e-12
+        assert not any(c.touching for name in instances_of(model) for c in contacts_of(model, data, name))
+    assert overlaps_of(model, data) == []
+    data.qvel[-2:] = -0.2, 0.0
+    mujoco.mj_step(model, data, 400)
+    assert data.qvel[-2] > 0.05
+
+
 BUILT_IN = """<mujoco><option timestep=".002"><flag energy="enable"/></option><worldbody>
 <geom name="table" type="box" size=".3 .3 .05" pos="0 0 -.05"/>
 <body name="peg" pos="0 0 .01"><freejoint/><geom name="peg" type="box" size=".02 .02 .03"/></body>

@@ -21,6 +21,7 @@ from contactlaw.world.data.access import (
     body_at,
     contact_at,
     friction_of,
+    guard_at,
     law_of,
     near_at,
     pair_at,
@@ -65,8 +66,7 @@ def begin_contact(w, k, overlap):
         clear_ledger(contact_at(w.contacts, q.slot))
     q.closed = 1
     c = contact_at(w.contacts, q.slot)
-    c.phase = CLOSED
-    c.near = k
+    c.phase, c.near = CLOSED, k
     c.shape_a, c.shape_b, c.body_a, c.body_b, c.pair = q.a, q.b, q.body_a, q.body_b, q.pair
     c.touches += 1
     t = c.touch
@@ -84,18 +84,14 @@ def begin_contact(w, k, overlap):
     if law.sectors != 0.0 and dot(along, along) > 0.0:
         set_ellipse(c, cross(n, along) if shape_at(w.shapes, q.a).kind == DISC else along, norm(along))
     store(c.force, (0.0, 0.0, 0.0))
-    c.interval = 0.0
-    c.closing_acceleration = 0.0
-    c.end_weight = 0.0
+    c.interval, c.closing_acceleration, c.end_weight = 0.0, 0.0, 0.0
     clear_torsion(c.torsion)
     c.pending_twist, c.twist_overlap, c.coasted_from = 0.0, 0.0, 0.0
-    for i in range(2):
-        c.bend[i], c.bending[i] = 0.0, 0.0
+    c.bend[0], c.bend[1], c.bending[0], c.bending[1] = 0.0, 0.0, 0.0, 0.0
     update_masses(c, a, b)
     if pair_at(w.pairs, q.pair).relaxed != 0 and overlap > initial_overlap_limit(w, c):
         c.initial_overlap, overlap = set_initial_overlap(w, q, c.initial_overlap + overlap), 0.0
-    t.overlap = overlap
-    t.before = overlap
+    t.overlap, t.before = overlap, overlap
     slide = sub(velocity_at(a, arm_a), velocity_at(b, arm_b))
     t.closing = -dot(slide, n)
     if law.speeds != 0.0:
@@ -135,7 +131,7 @@ def release_if_put_deeper(w, p):
     deeper = overlap - c.touch.overlap
     if pair_at(w.pairs, p.pair).relaxed != 0 and deeper > max(initial_overlap_limit(w, c), TOUCHING * c.touch.radius):
         release(w, p.slot)
-        p.slot, p.closed, p.initial_overlap = -1, 0, 0.0
+        p.slot, p.closed, p.initial_overlap, w.stale = -1, 0, 0.0, 1
 
 
 @jit_inside
@@ -174,13 +170,8 @@ def clear_torsion(state):
 @jit_inside
 def clear_ledger(c):
     """Set the ledger of a contact, and its initial overlap, to zero."""
-    c.initial_overlap = 0.0
-    c.touches = 0
-    c.deepest = 0.0
-    c.strongest = 0.0
-    c.duration = 0.0
-    c.normal_work = 0.0
-    c.friction_work = 0.0
+    c.initial_overlap, c.touches, c.duration = 0.0, 0, 0.0
+    c.deepest, c.strongest, c.normal_work, c.friction_work = 0.0, 0.0, 0.0, 0.0
     store(c.impulse, (0.0, 0.0, 0.0))
     store(c.earlier, (0.0, 0.0, 0.0))
 
@@ -194,8 +185,7 @@ def end_contact(q, c):
     store(c.force, (0.0, 0.0, 0.0))
     c.touch.state, c.touch.force, c.touch.f, c.touch.g = OPEN, 0.0, 0.0, 0.0
     c.torsion.moment = 0.0
-    for i in range(2):
-        c.bend[i], c.bending[i] = 0.0, 0.0
+    c.bend[0], c.bend[1], c.bending[0], c.bending[1] = 0.0, 0.0, 0.0, 0.0
     if c.initial_overlap > 0.0:
         c.touch.overlap = 0.0
 
@@ -208,6 +198,10 @@ def update_initial_overlap(w, p):
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
         was_ignored = is_ignored(p)
+        if was_ignored and p.guard >= 0 and guard_at(w.guards, p.guard).unlisted != 0:  # its parts are not listed
+            if overlap > -BACK * (shape_at(w.shapes, p.a).radius + shape_at(w.shapes, p.b).radius):
+                return True
+            overlap, w.stale = 0.0, 1
         c.initial_overlap = set_initial_overlap(w, p, min(c.initial_overlap, overlap))
         if is_ignored(p):
             p.listed_gap = NEVER  # so that its guard keeps it from being measured

@@ -70,7 +70,7 @@ BODY = record(
     pressed="i8",  # 1: it is in contact, as found between two steps for engines' adapters, see `step.find_pressed`
     delta_v="f8",  # [m/s] by which impacts may change the velocity of its surface within a window, at most
     path="f8",  # [m] that its surface has moved in the substeps of a window, at most
-    next_path="f8",  # [m] that it may move in the next substep
+    next_path="f8", watched_path="f8",  # [m] that it may move in the next substep; see `watching.watch`
     square_rate="f8",  # [1/s^2] sum over its contacts of 1/T^2, see `pace.add_square_rate`
     pressing="i8",  # contacts that are closed on it in a substep
     island="i8", head="i8", link="i8",  # parent in the union-find of islands; first pair of an island; next body of it
@@ -78,7 +78,7 @@ BODY = record(
     listed_position=VECTOR, turned="f8",  # position when near pairs were last listed, and angle [rad] turned since
     margin="f8",  # [m] by which its surface may travel before near pairs must be listed anew
     reach="f8",  # [m] from its centre of mass to the furthest centre, middle line or core of its shapes
-    size="f8",  # [m] radius of its smallest round shape
+    size="f8", guard="i8",  # [m] radius of its smallest round shape; first guard that counts its motion as A's, or -1
 )  # fmt: skip
 """A rigid body. The first one is the world itself, which does not move."""
 
@@ -210,10 +210,10 @@ PAIR = record(
 NEAR = record(
     a="i8", b="i8", body_a="i8", body_b="i8", pair="i8",
     slot="i8",  # of its contact, if that is closed or has been in this step; else -1
-    closed="i8",
+    closed="i8", active="i8",  # 1: taken into an island in this window
     coasts="i8",  # 1: its contact coasts, see `contacts.coasting`
-    active="i8",  # 1: taken into an island in this window
-    link="i8",  # next pair of the island
+    link="i8", soon="i8",  # next pair of the island; 1: it needs a look next, see `watching`
+    bounded="i8",  # 1: its time of impact is that of its guard, a bound for all parts of two shapes
     toi="f8",  # time of impact, a lower bound [s]
     path_limit="f8",  # [m] sum of both bodies' `path` at which it can close, in a run of substeps
     checked="f8",  # time [s] at which its gap was last found; -1: not in this step; or MEASURED, BOUNDED
@@ -227,16 +227,17 @@ NEAR = record(
 
 GUARD = record(
     a="i8", b="i8", body_a="i8", body_b="i8",  # whole shapes; their bodies, possibly interchanged
+    lead="i8", next="i8",  # first guard between these bodies, which counts their motion; next such guard of `body_a`
     unlisted="i8",  # 1: none of the shapes' parts is listed
     place=VECTOR, turn=MATRIX,  # pose of A in B's frame, principal axes as columns, at the last update
     limit="f8",  # [m] that A may move there before near pairs must be listed anew
     moved="f8", speed="f8",  # [m] that it has moved since the list, and [m/s] its speed within the step, at most
-    speed_now="f8",  # [m/s] speed of A there now, at most
+    speed_now="f8", last_speed="f8", last_speed_now="f8",  # speed of A there now; both before the last update
     last_move="f8",  # [m] that it moved between the last two updates, at most
     normal=VECTOR, separation="f8",  # of a separating plane, in the frame of b's body; [m] by which it separates them
     separated="i8",  # 1: that plane has separated them throughout a step, see `near.passing`
     plane_time="f8", low="f8", high="f8",  # [s] of the step when it was found; least height of a, greatest of b [m]
-    speed_time="f8",  # [s] `plane_time` of the plane for which `speed` was found for the rest of the step
+    apart="f8", closing="f8", speed_time="f8",  # cores stay apart until [s], close at most at [m/s]; found at [s]
     time="f8", lag="f8",  # [s] of the step at the last update; [m] by which one body may have lagged behind the other
 )  # fmt: skip
 """Bounds on how two shapes move relative to each other, see `near.guards`."""
@@ -304,8 +305,7 @@ WORLD = record(
     nears="i8", guard_count="i8", spares="i8", islands="i8",  # how many of each there are
     near_body_count="i8",  # in `near_bodies`
     slots="i8",  # how many slots of contacts have ever been in use: the first ones
-    rested="i8",  # 1: no body moved in the last step
-    stale="i8",  # 1: near pairs must be listed anew
+    rested="i8", stale="i8",  # 1: no body moved in the last step; 1: near pairs must be listed anew
     edited="i8",  # 0, EDITED: the user has changed bodies since the last step, RESIZED: shapes too, which may overlap
     unknowns="i8", unknown_room="i8",  # of the island that takes an implicit step; how many there is room for
     implicit="i8", solved="i8",  # counts since the start: implicit steps of islands, and factorisations for them

@@ -8,7 +8,8 @@ frame of the other, B. Between two updates no point of A moves by more than
 
 with the centre of mass at p0 and p, the rotations M0 and M, the angle theta between them, and A's reach L. From the
 last update to a later time no point moves further than a bound on its speed allows. A pair whose gap is wider than the
-sum is not measured, at the cost of one comparison a step.
+sum is not measured, at the cost of one comparison a step. Of all guards between the same two bodies the first one
+counts the motion.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ ROUNDING = 1e-15  # of the trace of M0^T M
 PRISM_EXCESS = 0.003  # of a cylinder's radius; it is wider than the prism of `gjk.STAVE` by (1 - cos(pi/32))/2 = 0.0024
 SLACK = 0.2  # of a body's smallest radius: part of its margin, and of `parts_margin`, that does not depend on speed
 PARTS_STEPS = 4.0  # steps at the guard's present speed bound, for `parts_margin`
+HALVINGS = 4  # of the time left: times of impact that are nearer are found for each pair of parts
 
 
 @jit_inside
@@ -53,11 +55,33 @@ def new_guard(w, i, j, time):
     a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
     if a.inverse_mass == 0.0 or (b.inverse_mass != 0.0 and b.reach < a.reach):
         g.body_a, g.body_b = g.body_b, g.body_a
+    g.lead, g.next = a.guard if g.body_a == shape_at(w.shapes, i).body else b.guard, -1
+    while g.lead >= 0 and guard_at(w.guards, g.lead).body_b != g.body_b:
+        g.lead = guard_at(w.guards, g.lead).next
     g.limit, g.unlisted, g.separated, g.separation, g.plane_time, g.speed_time = NEVER, 0, 0, 0.0, -1.0, -1.0
+    g.apart = -1.0
     store(g.normal, ZERO)
-    update_guard(w, g, time)
-    g.moved = g.lag
+    if g.lead < 0:
+        own = body_at(w.bodies, g.body_a)
+        g.lead, g.next, own.guard = k, own.guard, k
+        update_guard(w, g, time)
+        g.moved = g.lag
     return k
+
+
+@jit_inside
+def drop_guard(w):
+    """Remove the guard that was added last."""
+    w.guard_count -= 1
+    g = guard_at(w.guards, w.guard_count)
+    if g.lead == w.guard_count:
+        body_at(w.bodies, g.body_a).guard = g.next
+
+
+@jit_inside
+def lead_of(w, g):
+    """Return the guard that counts the motion of a guard's bodies."""
+    return guard_at(w.guards, g.lead)
 
 
 @jit_inside
@@ -80,30 +104,36 @@ def update_moved(w, g):
 def update_guard(w, g, left):
     """Update a guard's motion, and its bounds on A's speed in B's frame: now, and within a time [s] to come."""
     a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
-    r = sub(load(a.position), load(b.position))
     update_moved(w, g)
     g.time = min(a.time, b.time)
     delay = abs(a.time - b.time)
     g.lag = delay * surface_speed(a if a.time < b.time else b, delay) if delay > 0.0 else 0.0
-    g.speed, g.speed_now = 0.0, 0.0
-    if a.still == 0 or b.still == 0:
-        u, spin_a, spin_b = sub(load(a.velocity), load(b.velocity)), load(a.spin), load(b.spin)
-        push = norm(acceleration_of(a)) + norm(acceleration_of(b))
-        slides, turns = norm(sub(u, cross(spin_b, r))), norm(sub(spin_a, spin_b))
-        g.speed_now = slides + turns * a.reach
-        # bounds within the time left: relative speed of the centres, B's spin, their distance, B's angular acceleration
-        fast, spin = norm(u) + left * push, spin_bound(b, left)
-        far, twist = norm(r) + left * fast, turning_bound(b, left)
-        slides = min(slides + left * (push + far * twist + spin * fast), fast + spin * far)
-        turns = min(turns + left * (turning_bound(a, left) + twist), spin_bound(a, left) + spin)
-        g.speed = (
-            slides + turns * a.reach + left * (change_bound(a, a.reach, left) + change_bound(b, far + a.reach, left))
-        )
+    g.last_speed, g.last_speed_now = g.speed, g.speed_now
+    g.speed_now, g.speed = relative_speed(a, b, left)
 
 
 @jit_inside
-def path_bound(g, time):
+def relative_speed(a, b, left):
+    """Return bounds on the speed [m/s] of the points of A in B's frame: now, and within a time [s] to come."""
+    if a.still != 0 and b.still != 0:
+        return 0.0, 0.0
+    r, u = sub(load(a.position), load(b.position)), sub(load(a.velocity), load(b.velocity))
+    spin_b, push = load(b.spin), norm(acceleration_of(a)) + norm(acceleration_of(b))
+    slides, turns = norm(sub(u, cross(spin_b, r))), norm(sub(load(a.spin), spin_b))
+    now = slides + turns * a.reach
+    # bounds within the time left: relative speed of the centres, B's spin, their distance, B's angular acceleration
+    fast, spin = norm(u) + left * push, spin_bound(b, left)
+    far, twist = norm(r) + left * fast, turning_bound(b, left)
+    slides = min(slides + left * (push + far * twist + spin * fast), fast + spin * far)
+    turns = min(turns + left * (turning_bound(a, left) + twist), spin_bound(a, left) + spin)
+    change = change_bound(a, a.reach, left) + change_bound(b, far + a.reach, left)
+    return now, slides + turns * a.reach + left * change
+
+
+@jit_inside
+def path_bound(w, g, time):
     """Return a bound on how far [m] a point of A has moved against B, from the list to a time of the step [s]."""
+    g = lead_of(w, g)
     return g.moved + g.lag + max(time - g.time, 0.0) * g.speed
 
 
@@ -111,7 +141,8 @@ def path_bound(g, time):
 def parts_margin(w, g):
     """Return the gap [m] of two whole shapes up to which their parts are listed."""
     return (
-        SLACK * (body_at(w.bodies, g.body_a).size + body_at(w.bodies, g.body_b).size) + PARTS_STEPS * w.step * g.speed
+        SLACK * (body_at(w.bodies, g.body_a).size + body_at(w.bodies, g.body_b).size)
+        + PARTS_STEPS * w.step * lead_of(w, g).speed
     )
 
 
@@ -180,19 +211,35 @@ def has_plane(w, p, a, b):
 
 @jit_inside
 def cores_stay_apart(w, p, a, b, left):
-    """Return whether the cores of a near pair are too far apart to meet within a time to come [s] in free flight.
+    """Return whether the cores of a near pair are too far apart to meet soon, within a share of the time left [s].
 
-    If there is a plane between them, sets the pair's gap and closing speed to bounds from it, and its time of impact to
-    NEVER. One evaluation serves all pairs of parts of the same two shapes.
+    If so, sets the pair's gap, closing speed and time of impact to bounds from the plane between them. One evaluation
+    serves all pairs of parts of the same two shapes.
     """
     if not has_plane(w, p, a, b):
         return False
     g = guard_at(w.guards, p.guard)
     if g.plane_time != g.speed_time:
-        update_guard(w, g, left)
         g.speed_time = g.plane_time
-    p.gap, p.closing, p.acceleration, p.toi = g.low - g.high, g.speed, 0.0, NEVER
-    return p.gap > left * g.speed
+        time = time_apart(w, g, left)
+        g.apart = g.plane_time if time == 0.0 else (NEVER if time == left else g.plane_time + time)
+    p.gap, p.closing, p.acceleration, p.toi = g.low - g.high, g.closing, 0.0, g.apart
+    return g.apart > g.plane_time
+
+
+@jit_inside
+def time_apart(w, g, left):
+    """Return a time [s] to come within which two cores stay apart: that left, halved up to HALVINGS times, or zero.
+
+    Sets a bound on their closing speed within that time.
+    """
+    a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
+    for _ in range(HALVINGS + 1):
+        _, g.closing = relative_speed(a, b, left)
+        if g.low - g.high > left * g.closing:
+            return left
+        left *= 0.5
+    return 0.0
 
 
 @jit_inside
@@ -231,7 +278,8 @@ def any_guard_exceeded(w, until, least):
         a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
         if least > 0.0 or a.changed != 0 or b.changed != 0:
             left = max(until - min(a.time, b.time), least)
-            update_guard(w, g, left)
+            if g.lead == k:
+                update_guard(w, g, left)
             out = may_exceed_limit(w, g, left) or out
     return out
 
@@ -242,13 +290,15 @@ def may_exceed_limit(w, g, left):
 
     If no parts are listed, the present gap of both whole shapes may give a higher limit first.
     """
-    if path_bound(g, g.time + left) <= g.limit:
+    lead = lead_of(w, g)
+    path = path_bound(w, g, lead.time + left)
+    if path <= g.limit:
         return False
     if g.unlisted != 0:
         _, low, high = separate(w, g, ZERO)
         if low - high > parts_margin(w, g):
-            g.limit = low - high + g.moved - g.lag
-    return path_bound(g, g.time + left) > g.limit
+            g.limit = low - high + lead.moved - lead.lag
+    return path > g.limit
 
 
 @jit_inside
@@ -269,17 +319,18 @@ def separate_at_start(w, g):
 
 
 @jit_inside
-def stayed_separated(w, g, before):
+def stayed_separated(w, g):
     """Return whether that plane, fixed to B, has separated both shapes throughout a step.
 
-    before: bound on A's speed [m/s] in B's frame at the start of the step. In between, the height of a point of A over
+    The guard was updated at its start and has been at its end. In between, the height of a point of A over
     the plane is below the line through its heights at both ends by at most h/8 times the change of its speed.
     """
     if g.separation <= 0.0:
         return False
     b = body_at(w.bodies, shape_at(w.shapes, g.b).body)
     _, low, high = separate(w, g, to_world(b.axes, load(g.normal)))
-    return min(g.separation, low - high) > 0.125 * w.step * (before + g.speed_now)
+    lead = lead_of(w, g)
+    return min(g.separation, low - high) > 0.125 * w.step * (lead.last_speed_now + lead.speed_now)
 
 
 @jit_inside
@@ -288,7 +339,13 @@ def stays_open(w, p, time, more):
 
     more: distance [m] by which the gap may close besides.
     """
-    return p.guard >= 0 and p.listed_gap > path_bound(guard_at(w.guards, p.guard), time) + more
+    return p.guard >= 0 and p.listed_gap > path_bound(w, guard_at(w.guards, p.guard), time) + more
+
+
+@jit_inside
+def gap_left(w, p):
+    """Return a lower bound on the gap [m] of a near pair with a guard, at the last update of that."""
+    return p.listed_gap - lead_of(w, guard_at(w.guards, p.guard)).moved
 
 
 @jit_inside
@@ -300,7 +357,7 @@ def raise_listed_gap(w, p, time):
     """
     if p.guard >= 0:
         g = guard_at(w.guards, p.guard)
-        p.listed_gap = max(p.listed_gap, p.gap + 2.0 * g.moved - path_bound(g, time))
+        p.listed_gap = max(p.listed_gap, p.gap + 2.0 * lead_of(w, g).moved - path_bound(w, g, time))
 
 
 @jit_inside
@@ -311,14 +368,14 @@ def gap_bound(w, p, a, b):
     """
     if p.guard < 0:
         return -NEVER, NEVER
-    g, time = guard_at(w.guards, p.guard), b.time if a.still != 0 else a.time
+    g, time = lead_of(w, guard_at(w.guards, p.guard)), b.time if a.still != 0 else a.time
     if g.time != time or g.lag > 0.0:
         update_moved(w, g)
         g.time, g.lag = time, 0.0
-    return p.listed_gap - g.moved, g.last_move
+    return gap_left(w, p), g.last_move
 
 
 @jit_inside
 def closing_bound(w, p, a, b):
     """Return a bound on the closing speed [m/s] of two shapes: of their guard, else of their present motion."""
-    return guard_at(w.guards, p.guard).speed if p.guard >= 0 else greatest_closing(a, b)
+    return lead_of(w, guard_at(w.guards, p.guard)).speed if p.guard >= 0 else greatest_closing(a, b)

@@ -15,14 +15,14 @@ from numba import types
 
 from contactlaw.jit import jit_inside
 from contactlaw.memory import set_whole, whole_at
-from contactlaw.world.contacts.touch import release
-from contactlaw.world.data.access import body_at, contact_at, near_at, shape_at
+from contactlaw.world.contacts.touch import begin_contact, end_contact, release
+from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at
 from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED, PLANE, TANGENT
 from contactlaw.world.data.vec import add, load, norm, store, sub
 from contactlaw.world.near.guards import SLACK, surface_speed
 from contactlaw.world.near.order import sort_near
 from contactlaw.world.near.pairing import bounding_radius, complete_near, is_part, list_pair
-from contactlaw.world.shapes.geometry import centre
+from contactlaw.world.shapes.geometry import centre, meet
 
 # Steps that margins last at present speeds. More where few bodies have many shapes: the cost of listing grows with the
 # shapes, that of going through the list in each window with the bodies.
@@ -55,20 +55,20 @@ def list_near(w):
 
     The margins are for several steps, or for one step if the arrays are too small for that many near pairs.
     """
-    lost, heads = w.lost, w.cells + 2 * w.shape_count
-    wholes = 0
+    lost, wholes = w.lost, 0
     for i in range(w.shape_count):
         wholes += 0 if is_part(shape_at(w.shapes, i)) else 1
     lasts = PARTS_MARGIN_STEPS if wholes < w.shape_count else MARGIN_STEPS * max(sqrt(wholes) / w.body_count, 1.0)
     few = wholes * w.shape_count <= FEW
+    link_contacts(w)
     list_within(w, lasts if w.body_count <= MANY_BODIES else 1.0, few)
     if w.lost > lost:
         w.lost = lost
         list_within(w, 1.0, few)
-    link_contacts(w, heads)
     sort_near(w, w.cells)
     for k in range(w.nears):
-        complete_near(w, k, heads)
+        complete_near(w, k)
+        ignore_built_in(w, k)
     list_bodies(w)
     for slot in range(w.slots):
         c = contact_at(w.contacts, slot)
@@ -147,7 +147,7 @@ def set_margins(w, time):
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         store(b.listed_position, load(b.position))
-        b.turned = 0.0
+        b.turned, b.guard = 0.0, -1
         b.margin = 0.0 if b.still != 0 else time * surface_speed(b, w.step)
         total += b.margin
     impact_margin = total / w.body_count if w.body_count > MANY_BODIES else 0.0
@@ -163,8 +163,20 @@ def set_margins(w, time):
 
 
 @jit_inside
-def link_contacts(w, heads):
-    """Link the contacts of each shape A into a list; its first slot is at `heads` + A in `WORLD.grid`."""
+def ignore_built_in(w, k):
+    """Let near pair k count as ignored if it is the only one of two shapes built into each other."""
+    p = near_at(w.near, k)
+    if p.slot < 0 and p.guard >= 0 and guard_at(w.guards, p.guard).unlisted != 0:
+        sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
+        overlap, _, _, _ = meet(sa, body_at(w.bodies, p.body_a), sb, body_at(w.bodies, p.body_b))
+        if begin_contact(w, k, overlap):
+            end_contact(p, contact_at(w.contacts, p.slot))
+
+
+@jit_inside
+def link_contacts(w):
+    """Link the contacts of each shape A into a list; see `pairing.slot_of`."""
+    heads = w.cells + 2 * w.shape_count
     for i in range(w.shape_count):
         set_whole(w.grid, heads + i, -1)
     count_slots(w)

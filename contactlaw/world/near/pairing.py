@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
+from contactlaw.pair import DEEPEST
 from contactlaw.world.data.access import (
     axis_at,
     body_at,
@@ -16,6 +17,7 @@ from contactlaw.world.data.access import (
     joint_at,
     link_at,
     near_at,
+    pair_at,
     shape_at,
     tree_at,
 )
@@ -28,6 +30,7 @@ from contactlaw.world.data.records import (
     DISC,
     EDGE,
     ELLIPSOID,
+    FREE_JOINT,
     HEIGHT_FIELD,
     HINGE,
     HULL,
@@ -39,8 +42,8 @@ from contactlaw.world.data.records import (
     TANGENT,
 )
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body
-from contactlaw.world.near.guards import new_guard, parts_margin, separate
-from contactlaw.world.shapes.geometry import OF_FACE, centre, function_for, half_axis, is_ignored, meet
+from contactlaw.world.near.guards import drop_guard, new_guard, parts_margin, separate
+from contactlaw.world.shapes.geometry import IGNORED, OF_FACE, centre, function_for, half_axis, is_ignored, meet
 from contactlaw.world.shapes.segments import clip
 
 
@@ -130,7 +133,8 @@ def list_pair(w, i, j):
 def list_cores(w, i, j, margin):
     """List two cores, or a core and a plane, by the parts by which they meet, if they are near.
 
-    If their gap is within the margins but above `parts_margin`, only the guard is kept, and its limit is the gap.
+    If their gap is within the margins but above `parts_margin`, only the guard is kept, and its limit is the gap. Of
+    two shapes that are built into each other only the pair of cores is listed, which is ignored.
     """
     k = new_guard(w, i, j, 2.0 * w.step)
     if k < 0:
@@ -139,7 +143,10 @@ def list_cores(w, i, j, margin):
     n, low, high = separate(w, g, ZERO)
     near = parts_margin(w, g)
     if low - high > margin or hinge_separates(w, g):
-        w.guard_count -= 1
+        drop_guard(w)
+    elif is_built_in(w, i, j, dot(n, n) == 0.0):
+        g.limit, g.unlisted = NEVER, 1
+        add_near(w, i, j, k, NEVER)
     elif low - high > near:
         g.limit, g.unlisted = low - high, 1
     else:
@@ -153,11 +160,49 @@ def list_cores(w, i, j, margin):
 
 
 @jit_inside
+def is_built_in(w, i, j, overlap):
+    """Return whether two cores count as built into each other, so that they do not touch until they have parted.
+
+    They belong to one mechanism, and their cores overlapped when they were first looked at: no motion has brought them
+    there, and there is no normal along which they could push. overlap: whether the cores overlap now.
+    """
+    sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
+    if not (meets(sa.kind, sb.kind) and sb.kind < PLANE and root_of(w, sa.body) == root_of(w, sb.body)):
+        return False
+    slot = slot_of(w, i, j)
+    if slot >= 0:
+        return contact_at(w.contacts, slot).initial_overlap >= IGNORED
+    return overlap and pair_at(w.pairs, pair_of(w, i, j)).relaxed != 0
+
+
+@jit_inside
+def root_of(w, i):
+    """Return the first body of the mechanism of body i: of its tree, or what carries that, unless by a free joint."""
+    b = body_at(w.bodies, i)
+    if b.tree == 0:
+        return i
+    t = tree_at(b.tree, 0)
+    free = joint_at(t.joints, link_at(t.links, 0).first_joint).kind == FREE_JOINT
+    return t.first if free else t.hangs_on
+
+
+@jit_inside
+def slot_of(w, i, j):
+    """Return the slot of the contact of shapes i as A and j as B, or -1; see `listing.link_contacts`."""
+    slot = whole_at(w.grid, w.cells + 2 * w.shape_count + i)
+    while slot >= 0 and contact_at(w.contacts, slot).shape_b != j:
+        slot = contact_at(w.contacts, slot).link
+    return slot
+
+
+@jit_inside
 def hinge_separates(w, g):
     """Return whether two shapes can never meet, as a plane across the only hinge between their bodies separates them.
 
-    Hinge and plane are fixed to both bodies, so that the height of each point over the plane is constant.
+    Hinge and plane are fixed to both bodies, so that the height of each point over the plane is constant. So is the
+    overlap of two flanges that lie on each other: no motion has made it, and it presses on nothing.
     """
+    least = -DEEPEST * min(shape_at(w.shapes, g.a).radius, shape_at(w.shapes, g.b).radius)
     a, b = shape_at(w.shapes, g.a).body, shape_at(w.shapes, g.b).body
     for one, other in ((a, b), (b, a)):
         own = body_at(w.bodies, one)
@@ -170,7 +215,7 @@ def hinge_separates(w, g):
             n = load(axis_at(t.axes, link.first_axis).spin)
             _, bottom, top = separate(w, g, scale(-1.0, n))
             _, low, high = separate(w, g, n)
-            return max(low - high, bottom - top) > 0.0 and shape_at(w.shapes, g.b).kind < PLANE
+            return max(low - high, bottom - top) > least and shape_at(w.shapes, g.b).kind < PLANE
     return False
 
 
@@ -236,26 +281,20 @@ def add_near(w, i, j, guard, gap):
 
 
 @jit_inside
-def complete_near(w, k, heads):
-    """Set the other fields of near pair k, whose shapes, guard and gap are known; link it to its contact, if any.
-
-    heads: see `listing.link_contacts`.
-    """
+def complete_near(w, k):
+    """Set the other fields of near pair k, whose shapes, guard and gap are known; link it to its contact, if any."""
     p = near_at(w.near, k)
     p.body_a, p.body_b = shape_at(w.shapes, p.a).body, shape_at(w.shapes, p.b).body
     p.pair = pair_of(w, p.a, p.b)
     p.slot = -1
     p.initial_overlap = 0.0
-    p.closed = 0
-    p.active = 0
+    p.closed, p.active, p.bounded = 0, 0, 0
     p.toi, p.path_limit, p.gap, p.closing, p.acceleration, p.closing_bound = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     p.checked = -1.0
-    slot = whole_at(w.grid, heads + p.a)
-    while slot >= 0:
+    slot = slot_of(w, p.a, p.b)
+    if slot >= 0:
         c = contact_at(w.contacts, slot)
-        if c.shape_b == p.b:
-            p.slot, p.initial_overlap = slot, c.initial_overlap
-            p.listed_gap = NEVER if is_ignored(p) else p.listed_gap
-            p.closed = 1 if c.phase == CLOSED else 0
-            c.near = k
-        slot = c.link
+        p.slot, p.initial_overlap = slot, c.initial_overlap
+        p.listed_gap = NEVER if is_ignored(p) else p.listed_gap
+        p.closed = 1 if c.phase == CLOSED else 0
+        c.near = k

@@ -12,10 +12,12 @@ from __future__ import annotations
 from contactlaw.jit import jit_inside
 from contactlaw.world.bodies.motion import closing_at, is_static
 from contactlaw.world.data.access import body_at, guard_at, near_at, tree_at, world_at
-from contactlaw.world.data.records import BOUNDED, DENIED, MEASURED, PASSES
+from contactlaw.world.data.records import ASKED, BOUNDED, DENIED, MEASURED, PASSES
 from contactlaw.world.data.vec import load, norm, sub
 from contactlaw.world.near.guards import (
     closing_bound,
+    gap_left,
+    lead_of,
     may_exceed_limit,
     raise_listed_gap,
     stayed_separated,
@@ -41,20 +43,20 @@ def find_passing(world):
         if may_pass(b):
             travelled = norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
             if travelled > b.margin or w.step * norm(load(b.spin)) > MAX_PASSING_TURN:
-                tree_at(b.tree, 0).passes = DENIED
+                deny(b)
             if travelled + 2.0 * w.step * (norm(load(b.velocity)) + b.reach * norm(load(b.spin))) > b.margin:
                 w.stale = 1
     for k in range(w.guard_count):
         g = guard_at(w.guards, k)
-        bound_before, speed_before = g.speed, g.speed_now
-        update_guard(w, g, w.step)
-        g.separated = 1 if stayed_separated(w, g, speed_before) else 0
+        lead = lead_of(w, g)
+        if g.lead == k:
+            update_guard(w, g, w.step)
+        g.separated = 1 if stayed_separated(w, g) else 0
         if may_exceed_limit(w, g, 2.0 * w.step):
             w.stale = 1
-        if g.moved + w.step * max(bound_before, g.speed) > g.limit:
-            for one in (body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)):
-                if may_pass(one):
-                    tree_at(one.tree, 0).passes = DENIED
+        if lead.moved + w.step * max(lead.last_speed, lead.speed) > g.limit:
+            deny(body_at(w.bodies, g.body_a))
+            deny(body_at(w.bodies, g.body_b))
     found = True
     first = True
     while found:
@@ -65,15 +67,22 @@ def find_passing(world):
             if not (may_pass(a) or may_pass(b)):
                 continue
             if not (end_is_known(a) and end_is_known(b)) or (first and may_have_touched(w, p, a, b)):
-                for one in (a, b):
-                    if may_pass(one):
-                        tree_at(one.tree, 0).passes = DENIED
-                        found = True
+                found = deny(a) or found
+                found = deny(b) or found
         first = False
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         if may_pass(b):
             tree_at(b.tree, 0).passes = PASSES
+
+
+@jit_inside
+def deny(b):
+    """Let the tree of a body not pass, if it was asked; return whether that changes anything."""
+    if b.tree == 0 or tree_at(b.tree, 0).passes != ASKED:
+        return False
+    tree_at(b.tree, 0).passes = DENIED
+    return True
 
 
 @jit_inside
@@ -98,7 +107,7 @@ def may_have_touched(w, p, a, b):
     if p.guard >= 0 and guard_at(w.guards, p.guard).separated != 0:
         return False
     if stays_open(w, p, 0.0, w.step * speed):
-        p.gap, p.checked = p.listed_gap - guard_at(w.guards, p.guard).moved, BOUNDED
+        p.gap, p.checked = gap_left(w, p), BOUNDED
         return False
     if p.gap > 2.0 * w.step * speed:
         p.gap -= w.step * speed
