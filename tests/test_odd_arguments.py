@@ -111,7 +111,7 @@ def test_methods_of_a_pair_name_what_they_refuse(pair, name):
     check_odd_arguments(getattr(pair, name), PAIRS[name])
 
 
-@pytest.mark.parametrize("name", KNOWN)
+@pytest.mark.parametrize("name", [name for name, law in KNOWN.items() if law.__module__.startswith("contactlaw.")])
 def test_laws_name_what_they_refuse(name):
     given = {field.name: field.default for field in fields(KNOWN[name])}
     check_odd_arguments(KNOWN[name], given)

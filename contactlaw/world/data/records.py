@@ -58,19 +58,18 @@ BODY = record(
     time="f8",  # [s] since the step began, up to which it has been moved
     shift=VECTOR, twist=VECTOR,  # displacement [m] and rotation vector [rad] of its last substep
     pending_turn=VECTOR,  # rotation vector [rad] not yet applied to the quaternion
-    active="i8",  # 1: it is near something (window), or a closed contact presses on it (sleep, implicit step)
-    done="i8",  # 1: it has been moved to the end of the step already
+    # 1: it is near something (window), or a closed contact presses on it (sleep, implicit step); 1: its step is over
+    active="i8", done="i8",
     unknown="i8",  # index of its first velocity among the unknowns of an implicit step; -1: none
     pause="i8", last_pause="i8",  # steps for which no implicit step is tried with it, < PAUSE_LIMIT: left, and in all
     still="i8",  # 1: nothing moves it within this step
     asleep="i8", held=VECTOR,  # acceleration when it fell asleep; in a tree see `trees.mobility.stop`
     changed="i8",  # 1: its velocity has changed, so that times of impact predicted with it no longer hold
-    touched="i8",  # 1: a contact has given it an impulse in this step
-    placed="i8",  # 1: the user has moved it since the last step
+    touched="i8", placed="i8",  # 1: a contact has given it an impulse in this step; the user has moved it before
     pressed="i8",  # 1: it is in contact, as found between two steps for engines' adapters, see `step.find_pressed`
     delta_v="f8",  # [m/s] by which impacts may change the velocity of its surface within a window, at most
-    path="f8",  # [m] that its surface has moved in the substeps of a window, at most
-    next_path="f8", watched_path="f8",  # [m] that it may move in the next substep; see `watching.watch`
+    # [m] that its surface has moved in the substeps of a window, at most, and may in the next; see `watching.watch`
+    path="f8", next_path="f8", watched_path="f8",
     square_rate="f8",  # [1/s^2] sum over its contacts of 1/T^2, see `pace.add_square_rate`
     pressing="i8",  # contacts that are closed on it in a substep
     island="i8", head="i8", link="i8",  # parent in the union-find of islands; first pair of an island; next body of it
@@ -297,13 +296,11 @@ WORLD = record(
     joints="u8", rows="u8", saved_contacts="u8", saved_memory="u8", equations="u8",
     body_count="i8", shape_count="i8", pair_count="i8", near_room="i8", contact_room="i8", memory_size="i8",
     group_count="i8", guard_room="i8",
-    cells="i8",  # cells of the grid's hash table, a power of two
-    step="f8",  # length of the step [s]
+    cells="i8", step="f8",  # cells of the grid's hash table, a power of two; length of the step [s]
     substeps="f8",  # of an impact between few bodies
     crowd_substeps="f8", crowd="i8",  # of an impact in an island of more closed contacts than `crowd`
     stillness="f8",  # share of its overlap that a sleeping contact may move in an impact's time; 0: none sleeps
-    nears="i8", guard_count="i8", spares="i8", islands="i8",  # how many of each there are
-    near_body_count="i8",  # in `near_bodies`
+    nears="i8", guard_count="i8", spares="i8", islands="i8", near_body_count="i8",  # how many of each there are
     slots="i8",  # how many slots of contacts have ever been in use: the first ones
     rested="i8", stale="i8",  # 1: no body moved in the last step; 1: near pairs must be listed anew
     edited="i8",  # 0, EDITED: the user has changed bodies since the last step, RESIZED: shapes too, which may overlap
