@@ -43,7 +43,7 @@ def take(p, header, memory, overlap, before, free, du, dv, dt):
     if contact.state == OPEN:
         reset(contact, pair, pair.radius)
         contact.mass, contact.tangential_mass = MASS, TANGENTIAL_MASS
-    contact.overlap, contact.before, contact.closing = overlap, before, (overlap - before) / dt
+    contact.overlap, contact.before, contact.closing = overlap, before, (overlap - before) / dt if dt > 0.0 else 0.0
     press(contact, pair, free, dt)
     ask(contact, pair, p[PAIR_SIZE:], memory, du, dv, dt)
     return contact.force, contact.f, contact.g
