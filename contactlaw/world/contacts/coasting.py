@@ -20,15 +20,7 @@ from contactlaw.world.bodies.motion import moved_at
 from contactlaw.world.contacts.force import dashpot_of, has_dashpot, is_quasi_static
 from contactlaw.world.contacts.pace import closing_speed
 from contactlaw.world.contacts.touch import turn_frame
-from contactlaw.world.data.access import (
-    BODY_NUMBERS,
-    body_at,
-    contact_at,
-    law_of,
-    near_at,
-    pair_at,
-    row_at,
-)
+from contactlaw.world.data.access import BODY_NUMBERS, body_at, contact_at, law_of, near_at, pair_at, row_at
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, store, sub
 
@@ -116,8 +108,8 @@ def begin_row(w, r, k, h, count):
     t, n, e = c.touch, load(c.normal), load(c.tangent)
     r.near, r.slot = k, p.slot
     r.body_a, r.body_b = w.bodies + 8 * BODY_NUMBERS * p.body_a, w.bodies + 8 * BODY_NUMBERS * p.body_b
-    body_at(r.body_a, 0).touched = 1
-    body_at(r.body_b, 0).touched = 1
+    a, b = body_at(r.body_a, 0), body_at(r.body_b, 0)
+    a.touched, b.touched = 1, 1
     store(r.normal, n)
     store(r.tangent, e)
     store(r.side, cross(n, e))
@@ -134,7 +126,6 @@ def begin_row(w, r, k, h, count):
         r.held_f -= r.drag * c.moved[0] / c.interval
         r.held_g -= r.drag * c.moved[1] / c.interval
     r.moment = c.torsion.moment
-    a, b = body_at(r.body_a, 0), body_at(r.body_b, 0)
     r.longest = min(turning_time(c, a, b), torsion_time(w, c, a, b)) if is_quasi_static(c, 1.0) else h * count
     r.furthest = CHANGE * t.friction * t.force / r.spring
     if t.f * t.f + t.g * t.g > (FULL * t.friction * t.force) ** 2:

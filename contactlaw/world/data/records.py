@@ -308,8 +308,7 @@ WORLD = record(
     implicit="i8", solved="i8",  # counts since the start: implicit steps of islands, and factorisations for them
     kicks="i8", lists="i8",  # counts since the start: contact substeps, and lists of near pairs
     late="i8", latest="f8",  # contacts that were found overlapping when they closed, and the greatest such overlap [m]
-    twists="i8",  # in this substep: TWIST_LATER, TWIST_NOW or TWIST_ALWAYS
-    lost="i8",  # contacts and pairs for which there was no room
+    twists="i8", lost="i8",  # TWIST_LATER, TWIST_NOW or TWIST_ALWAYS; contacts and pairs for which there was no room
     demand="u8",  # address of `demand.TABLE`
 )  # fmt: skip
 """A world as a whole, the argument of compiled code."""
