@@ -57,14 +57,7 @@ def velocities(client: int, body: int) -> tuple[np.ndarray, np.ndarray]:
     return np.array(velocity), np.array(spin)
 
 
-def run(client: int, callback: Callable[[], None], steps: int) -> None:
-    for _ in range(steps):
-        callback()
-        p.stepSimulation(client)
-
-
 def step(callback: ContactCallback, steps: int = 1) -> None:
-    """The other way: the callback takes the steps."""
     for _ in range(steps):
         callback.step()
 
@@ -92,12 +85,11 @@ def impact(
     client: int, material: str, psi_1: float, steps: float, *,
     launch: str = "oblique", angle: float = 0.0, phase: float = 0.0, gyration2: float = 0.4,
     ground: Callable[[int], int] = plane, law: str = "microslip", ball_first: bool = True,
-    substeps: int = 100, ahead: bool = True,
+    substeps: int = 100,
 ) -> tuple[float, float, float]:  # fmt: skip
     """One impact of a ball or puck on a flat fixed body: errors of psi_2 and of restitution, sideways velocity.
 
-    steps: of the engine per contact, far less than one where the step is long. ahead: the callback foresees the step,
-    else it takes it.
+    steps: of the engine per contact, far less than one where the step is long.
     """
     mu, e, speed = CASES[material]
     mass, pair = 0.5, pair_of(material, law=law)
@@ -114,7 +106,7 @@ def impact(
     callback = ContactCallback(client)
     pairing = (body, floor) if ball_first else (floor, body)
     callback.add_contact(*pairing, pair, substeps=substeps)
-    (run(client, callback, int(2.0 * steps) + 3) if ahead else step(callback, int(2.0 * steps) + 3))
+    step(callback, int(2.0 * steps) + 3)
     velocity, spin = velocities(client, body)
     contact = velocity - RADIUS * np.cross(spin, UP)
     psi_2 = pair.kappa / mu * float(contact @ along) / speed

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pybullet_scenes import RADIUS, ball, ball_on_plane, p, pair_of, plane, run, slab, step, totals, velocities
+from pybullet_scenes import RADIUS, ball, ball_on_plane, p, pair_of, plane, slab, step, totals, velocities
 
 from contactlaw.pybullet_callback import ContactCallback
 from sims.contact_point import static_overlap
@@ -69,7 +69,7 @@ def test_row_of_balls_in_touch_is_the_hertz_chain(client: int, dt: float, count:
     p.setTimeStep(dt, client)
     callback = ContactCallback(client)
     callback.add_contact(bodies, bodies, pair_of(friction=0.0, restitution=1.0))
-    run(client, callback, int(2e-3 / dt) + 4)
+    step(callback, int(2e-3 / dt) + 4)
     speeds = [velocities(client, body)[0][0] for body in bodies]
     np.testing.assert_allclose(speeds, chain, atol=5e-4)
     assert 0.5 * np.sum(np.square(speeds)) == pytest.approx(0.5, rel=1e-4)
@@ -79,12 +79,12 @@ def test_row_of_balls_in_touch_is_the_hertz_chain(client: int, dt: float, count:
 @pytest.mark.heavy
 def test_ball_comes_to_rest_at_its_static_overlap_and_stays(client: int, restitution: float) -> None:
     body, callback, handle = ball_on_plane(client, STEP, [0, 0, RADIUS + 0.02], restitution=restitution)
-    run(client, callback, 1500)
+    step(callback, 1500)
     pair = pair_of()
     overlap = static_overlap(pair, 0.5 * 9.81, RADIUS)
     heights = []
     for _ in range(200):
-        run(client, callback, 1)
+        step(callback)
         heights.append(p.getBasePositionAndOrientation(body, client)[0][2])
         state = callback.state(handle)
         assert state.overlap == pytest.approx(overlap, rel=1e-6)
@@ -109,9 +109,9 @@ def test_ball_on_a_slope_rolls_or_slides(client: int, angle: float, ground, dt: 
     p.setTimeStep(dt, client)
     callback = ContactCallback(client)
     callback.add_contact(body, floor, pair)
-    run(client, callback, 20)
+    step(callback, 20)
     before = velocities(client, body)
-    run(client, callback, 60)
+    step(callback, 60)
     after = velocities(client, body)
     gain = (after[0] - before[0]) / (60 * dt)
     spin = (after[1] - before[1]) / (60 * dt)
@@ -125,6 +125,7 @@ def test_ball_on_a_slope_rolls_or_slides(client: int, angle: float, ground, dt: 
 def test_tilted_and_turned_planes(client: int) -> None:
     """A plane by its orientation and by its normal: a ball thrown along the normal comes back along it."""
     for turn, normal in (([0.3, -0.2, 0.5], [0, 0, 1]), ([0.1, 0.4, 0.0], [0.0, 0.6, 0.8])):
+        p.resetSimulation(client)
         quaternion = p.getQuaternionFromEuler(turn)
         shape = p.createCollisionShape(p.GEOM_PLANE, planeNormal=normal, physicsClientId=client)
         floor = p.createMultiBody(0.0, shape, -1, [0.1, 0.2, 0.3], quaternion, physicsClientId=client)
@@ -132,7 +133,7 @@ def test_tilted_and_turned_planes(client: int) -> None:
         body = ball(client, np.array([0.1, 0.2, 0.3]) + (RADIUS + 1e-3) * up, -up)
         callback = ContactCallback(client)
         callback.add_contact(floor, body, pair_of())
-        run(client, callback, 3)
+        step(callback, 3)
         np.testing.assert_allclose(velocities(client, body)[0], 0.93 * up, atol=2e-4)
 
 
@@ -143,7 +144,7 @@ def test_moving_fixed_body_takes_the_ball_along(client: int) -> None:
     p.resetBaseVelocity(plate, [0, 0, 1.0], [0, 0, 0], client)
     callback = ContactCallback(client)
     callback.add_contact(body, plate, pair_of())
-    run(client, callback, 3)
+    step(callback, 3)
     assert velocities(client, body)[0][2] == pytest.approx(1.93, abs=1e-3)
 
 
