@@ -17,7 +17,6 @@ from contactlaw.pybullet_callback.rows import (
     ASLEEP,
     FLAGS,
     HEAD,
-    LIST,
     MOTION,
     NO_ROOM,
     NOT_FINITE,
@@ -65,7 +64,6 @@ class Bodies:
         measured: Pairs whose distance PyBullet must measure.
         moves: Whether bodies that nothing can push are read at every step.
         check: Raises an error if a body is no longer the one that was added.
-        listed: Called after the near pairs have been listed anew, which is then done before Bullet's step; or None.
 
     Attributes:
         dt: Time step [s].
@@ -73,17 +71,16 @@ class Bodies:
 
     def __init__(
         self, client: int, world: World, keys: list[Key], trees: list[Tree], measured: list[Measured], moves: bool,
-        check: Callable[[], None], listed: Callable[[], None] | None,
+        check: Callable[[], None],
     ) -> None:  # fmt: skip
         self._client, self._world, self.keys, self._check = client, world, keys, check
-        self.trees, self._measured, self._listed = trees, measured, listed
+        self.trees, self._measured = trees, measured
         self.rows: Any = np.zeros(len(keys), ROW)
         self._bytes = memoryview(self.rows.view(np.uint8))
         self._selected: Any = np.zeros(len(keys), np.int64)
         self._selected_rows = memoryview(self._selected)
         self._head: Any = np.zeros(1, HEAD)
         self._head["simple"] = self._simple = not (trees or measured)
-        self._head["list_first"] = listed is not None
         self._head_at = self._head.ctypes.data
         self.rows["left"]["position"] = np.nan
         self._pushes = list[Callable[[], Any]]()
@@ -141,8 +138,6 @@ class Bodies:
 
     def near_masses_changed(self) -> bool:
         """Read masses of all bodies that may touch something soon; return whether those of links have changed."""
-        if self._listed:
-            self._listed()
         near = self.arrays.near_bodies[: self._state["near_body_count"][0]].tolist()
         self.read_masses([k - 1 for k in near if k - 1 in self._heavy])
         return any(one.inertias() != one.known for one in self.trees)
@@ -197,9 +192,6 @@ class Bodies:
             return pushed
         if pushed == NOT_FINITE:
             self._refuse()
-        if pushed == LIST:
-            self._list_near()
-            pushed = select_pushed(self._head_at)
         found = pushed == PLACED
         for one in self.trees:
             one.begin_step(self.arrays, self._head["gravity"][0])
@@ -270,8 +262,6 @@ class Bodies:
         self._state["stale"] = 1
         while step(self._state, 0.0, 1) == 0:
             self._make_room()
-        if self._listed:
-            self._listed()
 
     def _is_pressed(self, one: Tree) -> bool:
         return bool(self.rows["pressed"][one.members].any())

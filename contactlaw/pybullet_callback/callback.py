@@ -131,7 +131,7 @@ class ContactCallback:
         engine_parameters(self._client)
         handle = next(self._handles)
         self._change(self._contacts | {handle: contact})
-        contact.silence(self._client, () if contact.many else sets.every())
+        contact.set_native(self._client, False, contact.bodies)
         self._tags.add(contact.bodies)
         return handle
 
@@ -139,10 +139,7 @@ class ContactCallback:
         """Remove a contact and enable the native response of its pairs; its bodies may have been removed already."""
         contact = self._contact(handle)
         self._change({other: value for other, value in self._contacts.items() if other != handle})
-        there = {body for body in contact.bodies if self._tags.is_there(body)}
-        for one, two in contact.silent:
-            if one[0] in there and two[0] in there:
-                p.setCollisionFilterPair(one[0], two[0], one[1], two[1], 1, self._client)
+        contact.set_native(self._client, True, {body for body in contact.bodies if self._tags.is_there(body)})
         for body in contact.bodies.difference(*(other.bodies for other in self._contacts.values())):
             self._tags.remove(body)
 

@@ -7,7 +7,6 @@ from math import isfinite, nan
 from contactlaw.jit import jit, jit_inside
 from contactlaw.pybullet_callback.rows import (
     EXACT,
-    LIST,
     NOT_FINITE,
     PASSED,
     PLACED,
@@ -39,8 +38,8 @@ from contactlaw.world.step import FIND_PRESSED
 def begin_step(block):
     """Begin a step: read bodies and select those to be pushed; return how many.
 
-    Other results: PASSED: no two bodies can touch in this step or the next, and there is no more to do. LIST: near
-    pairs must be listed anew. PLACED: the user has moved bodies. NOT_FINITE. A second call does the same again.
+    Other results: PASSED: no two bodies can touch in this step or the next, and there is no more to do. PLACED: the
+    user has moved bodies. NOT_FINITE. A second call does the same again.
     """
     head = head_at(block, 0)
     w = world_at(head.world, 0)
@@ -48,20 +47,18 @@ def begin_step(block):
     if found != 0:
         return found
     apart = head.simple != 0 and w.spares == w.contact_room and w.step > 0.0
-    if apart or head.list_first != 0:
-        for k in range(head.count):
-            b = body_at(w.bodies, k + 1)
-            if apart:
-                b.still = 1 if is_static(b) else 0
-            w.stale |= may_leave_margin(b, 2.0 * head.dt)
-        if any_guard_exceeded(w, -NEVER, 2.0 * head.dt):
-            w.stale = 1
-    if w.stale != 0 and head.list_first != 0:
-        return LIST
-    if w.stale != 0 and apart:
+    if not apart:
+        return select_pushed(block)
+    for k in range(head.count):
+        b = body_at(w.bodies, k + 1)
+        b.still = 1 if is_static(b) else 0
+        w.stale |= may_leave_margin(b, 2.0 * head.dt)
+    if any_guard_exceeded(w, -NEVER, 2.0 * head.dt):
+        w.stale = 1
+    if w.stale != 0:
         list_near(w)
         w.stale = 0 if 2 * w.nears <= w.near_room else 1
-    if w.stale != 0 or not (apart and far_apart(w, 2.0 * head.dt)):
+    if w.stale != 0 or not far_apart(w, 2.0 * head.dt):
         return select_pushed(block)
     for k in range(head.count):
         r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)

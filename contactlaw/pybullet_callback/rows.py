@@ -44,7 +44,6 @@ HEAD = record(
     world="u8", rows="u8", seen="u8", count="i8",  # `seen`: of each slot the bits of `contacts.doubts` found so far
     dt="f8", gravity=VECTOR,
     simple="i8",  # no body has joints, no shape must be measured
-    list_first="i8",  # near pairs of the next step must be listed before Bullet's step
     refreshed="i8",  # the readings that OTHERS or UNKNOWN asked for have been made in this step
     unknown="i8",  # no body has shown that the known time step and gravity are the present ones
     lists="i8",  # number of lists of near pairs made so far
@@ -56,7 +55,7 @@ HEAD = record(
 EXACT = 1e-12  # relative difference that counts as rounding
 NOTED, LISTED, ASLEEP, FLAGS = 1, 2, 4, 8  # bits of `check_contacts`, and the first free one: see there
 NOT_FINITE, NO_ROOM, OTHERS, UNKNOWN = -1, -2, -3, -4  # of `finish_step`
-PASSED, LIST, PLACED = -2, -3, -4  # of `begin_step`
+PASSED, PLACED = -2, -3  # of `begin_step`
 
 head_at: Any = element(HEAD)
 row_at: Any = element(ROW)
