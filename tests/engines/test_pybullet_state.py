@@ -8,7 +8,6 @@ from pybullet_scenes import (
     FREE,
     RADIUS,
     ball,
-    impact,
     in_contact,
     p,
     pair_of,
@@ -55,65 +54,6 @@ def test_after_the_step_of_an_impact_the_state_is_right(client: int, dt: float, 
         place = p.getBasePositionAndOrientation(body, client)[0]
         np.testing.assert_allclose(place, world.position[0], atol=1e-10)
     assert impacts
-
-
-@pytest.mark.parametrize("dt", [1 / 60, 1 / 240, 1e-3, 3e-5, 1e-6])
-@pytest.mark.heavy
-def test_psi_2_does_not_depend_on_the_step(client: int, dt: float) -> None:
-    steps = pair_of(radius=RADIUS).contact_duration(0.5, 1.0) / dt
-    for number, psi_1 in enumerate((0.5, 1.2, 2.0, 4.0)):
-        for phase in (0.02, 0.33, 0.71):
-            error, bounce, sideways = impact(client, "steel", psi_1, steps, angle=number, phase=phase)
-            assert abs(error) < 5e-4
-            assert abs(bounce) < 1e-4
-            assert abs(sideways) < 1e-12
-
-
-@pytest.mark.parametrize("dt", [1 / 60, 1 / 240, 1e-3])
-def test_energy_of_elastic_bounces(client: int, dt: float) -> None:
-    """Ten seconds, spinning and rough: where the ball flies its energy is that of the start."""
-    floor, body = plane(client), ball(client, [0, 0, RADIUS + 0.2], [0.2, 0, 0], [5, 20, 3])
-    callback, handle = in_contact(client, body, floor, pair_of(restitution=1.0, friction=0.0), dt=dt, gravity=G)
-
-    def energy() -> float:
-        velocity, spin = velocities(client, body)
-        velocity = velocity - [0, 0, 0.5 * dt * G]
-        height = p.getBasePositionAndOrientation(body, client)[0][2] - RADIUS
-        return float(0.25 * velocity @ velocity + 0.1 * RADIUS**2 * spin @ spin + 0.5 * G * height)
-
-    first, seen = energy(), []
-    for _ in range(int(10.0 / dt)):
-        step(callback)
-        if not callback.state(handle).touching:
-            seen.append(energy())
-    assert callback.ledger(handle).impacts > 20
-    np.testing.assert_allclose(seen, first, rtol=2e-4)
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_a_gas_of_elastic_balls_keeps_its_energy(client: int, seed: int) -> None:
-    rng, half, dt = np.random.default_rng(seed), 0.15, 5e-3
-    walls = [
-        p.createMultiBody(
-            0.0, shape(client, p.GEOM_PLANE, planeNormal=(sign * axis).tolist()), -1, (-sign * half * axis).tolist(),
-            physicsClientId=client,
-        )
-        for axis in np.eye(3) for sign in (1.0, -1.0)
-    ]  # fmt: skip
-    balls = []
-    for corner in 0.5 * half * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]):
-        direction = rng.normal(size=3)
-        balls.append(
-            ball(client, corner + rng.uniform(-4e-3, 4e-3, 3), direction / np.linalg.norm(direction), radius=0.04)
-        )
-    callback, handle = in_contact(client, balls, [*balls, *walls], pair_of(friction=0.0, restitution=1.0), dt=dt)
-    step(callback, 600)
-    while callback.states(handle):
-        step(callback)
-    assert callback.ledger(handle).impacts > 200
-    assert np.mean([velocities(client, body)[0] @ velocities(client, body)[0] for body in balls]) == pytest.approx(
-        1.0, abs=2e-3
-    )
 
 
 def test_what_rests_stands_still_to_the_bit_and_wakes(client: int) -> None:
