@@ -89,6 +89,7 @@ class Tree:
         self._scalars = [first for kind, _, first in self.joints if kind in (HINGE, SLIDE)]
         self._turns = [first + 3 * (kind == FREE_JOINT) for kind, first, _ in self.joints if kind in (FREE_JOINT, BALL)]
         self.left = np.full(self.q_size, np.nan)  # coordinates as the last step left them
+        self.start = self.left, np.zeros(self.v_size)  # coordinates and velocities at the start of the step
         self.force, self.push = np.zeros((2, self.v_size))
         self.torque = np.zeros(0)
         self.placed = self.pressed = False
