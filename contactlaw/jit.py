@@ -10,8 +10,6 @@ from __future__ import annotations
 import gc
 import hashlib
 import sys
-import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -196,13 +194,10 @@ class _FasterCompilation:
 class _Report:
     """Reports each compilation on stderr: its subject, its usual time, and that it happens once.
 
-    On a terminal the elapsed time is shown as well.
-
     Attributes:
         subjects: Stack of what is being compiled, innermost last; see `compiling`.
         reported: Subjects that have been reported.
         depth: Number of nested compilations.
-        clock: Thread that shows the elapsed time.
         cached: Whether the code can be cached.
     """
 
@@ -210,7 +205,6 @@ class _Report:
         self.subjects = ["kernels: some seconds"]
         self.reported: set[str] = set()
         self.depth = 0
-        self.clock = threading.Thread()
         self.cached = True
         self.settings = _FasterCompilation()
 
@@ -226,9 +220,6 @@ class _Report:
         if self.depth == 0:
             self.settings.begin()
         self.depth += 1
-        if not self.clock.is_alive() and sys.stderr and sys.stderr.isatty():
-            self.clock = threading.Thread(target=self.tick, args=(time.monotonic(),), daemon=True)
-            self.clock.start()
 
     def end(self) -> None:
         """Note that a compilation has ended."""
@@ -236,13 +227,7 @@ class _Report:
         if self.depth == 0:
             self.settings.end()
 
-    def tick(self, begun: float) -> None:
-        """Show the time since `begun` [s], of the monotonic clock, every `TICK` while anything is compiled."""
-        while time.sleep(TICK) is None and self.depth > 0:
-            print(f"contactlaw: compiling, {time.monotonic() - begun:.0f} s", end="\r", file=sys.stderr, flush=True)
 
-
-TICK = 2.5  # [s] between two displays of the elapsed time
 _report = _Report()
 
 

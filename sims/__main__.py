@@ -1,6 +1,6 @@
 """`python -m sims`."""
 
-from contactlaw.ending import run
 from sims.cli import app
+from sims.ending import run
 
 run(app)

@@ -127,8 +127,7 @@ def in_pybullet(setup: Setup, count: int) -> Iterator[State]:
         contact.add_contact(ball, paddle, setup.pair, link_b=0)
         for number in range(count + 1):
             if number:
-                contact()
-                p.stepSimulation(client)
+                contact.step()
             place, turn = p.getBasePositionAndOrientation(ball, client)
             matrix = np.array(p.getMatrixFromQuaternion(turn)).reshape(3, 3)
             angle, rate = p.getJointState(paddle, 0, physicsClientId=client)[:2]

@@ -17,7 +17,8 @@ ROOT = Path(__file__).parent.parent
 CODE = """
 import sys, time
 from pathlib import Path
-from contactlaw.ending import run, whole
+from contactlaw.ending import whole
+from sims.ending import run
 
 def command():
     with whole(Path("table.csv")) as part:

@@ -8,7 +8,7 @@ from rich.console import Console  # noqa: TID253
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn  # noqa: TID253
 from rich.table import Table as RichTable  # noqa: TID253
 
-from contactlaw.ending import run
+from sims.ending import run
 from validation import report, runner, store
 from validation.case import Case, select
 from validation.store import Result

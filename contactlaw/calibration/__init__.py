@@ -1,7 +1,6 @@
 """Friction, restitution and stiffness ratio from a table of impacts, with uncertainties; needs scipy.
 
 procedure     the functions for users
-reading       tables from CSV files
 table         checked tables of impacts
 curve         the law's rebound curve, for any stiffness ratio
 fit           the curve through the impacts
@@ -11,7 +10,6 @@ thinning      large tables, fitted by averages
 over_speed    restitution that depends on speed
 assessment    the whole evaluation, and its verdict in words
 result        `Calibration`, the result
-figure        a picture of the result (needs matplotlib)
 """
 
 from contactlaw.calibration.procedure import calibrate, contact_velocities

@@ -26,7 +26,7 @@ from contactlaw.mujoco_plugin.drop_in import (  # noqa: E402  (needs the registe
     model_xml,
     save_model,
 )
-from contactlaw.mujoco_plugin.overlaps import overlaps_of, relax  # noqa: E402
+from contactlaw.mujoco_plugin.overlaps import overlaps_of  # noqa: E402
 from contactlaw.mujoco_plugin.readout import (  # noqa: E402
     ContactState,
     Ledger,
@@ -40,5 +40,5 @@ from contactlaw.mujoco_plugin.spec import add_contact  # noqa: E402
 
 __all__ = [
     "ContactState", "Ledger", "add_contact", "contact_wrenches", "contacts_of", "geoms_of", "instances_of", "ledger_of",
-    "load_model", "model_xml", "overlaps_of", "relax", "save_model", "set_friction",
+    "load_model", "model_xml", "overlaps_of", "save_model", "set_friction",
 ]  # fmt: skip

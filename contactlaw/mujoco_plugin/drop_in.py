@@ -36,7 +36,7 @@ from contactlaw.ending import whole
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.entries import Contacts, parse_contacts, parse_skip, replace_all
 from contactlaw.mujoco_plugin.instances import contact_instances
-from contactlaw.mujoco_plugin.overlaps import exclude_joined, report_initial_overlaps
+from contactlaw.mujoco_plugin.overlaps import report_initial_overlaps
 from contactlaw.mujoco_plugin.selection import give_names, label
 from contactlaw.mujoco_plugin.spec import replace_native_contacts
 from contactlaw.pair import ContactWarning
@@ -44,7 +44,7 @@ from contactlaw.world.near.sets import groups
 
 Source = str | bytes | os.PathLike[str]
 NEEDS = "<!-- before this is read: import contactlaw.mujoco_plugin -->"
-OVERLAPS = ("relax", "keep", "raise", "exclude")
+OVERLAPS = ("relax", "keep", "raise")
 
 
 def load_model(
@@ -69,8 +69,6 @@ def load_model(
             overlaps: "relax": geoms that overlap by more than a tenth of their radius, or by more than an impact at 5
                 m/s would compress them, initially or later, count as just touching there; those of the initial position
                 are named in a warning. "raise": an error instead. "keep": they are pressed together, without a warning.
-                "exclude": bodies of one mechanism that are built into each other by a tenth of their size, such as a
-                finger and its palm, do not touch; all others as with "relax".
 
     Raises:
         ValueError: The model cannot be read, or the law cannot serve a contact; the message names the geom.
@@ -180,8 +178,6 @@ def _compile_with_contacts(
         except ValueError as error:
             raise ValueError(f"contacts[{one.number}]: {error}") from None
     compiled = _compiled(spec)
-    if overlaps == "exclude" and exclude_joined(spec, compiled):
-        compiled = _compiled(spec)
     if isinstance(contacts, Mapping) and not instances_of(compiled):
         warnings.warn("contacts: no two geoms that may touch are both in the table", ContactWarning, stacklevel=3)
     if overlaps != "keep":

@@ -1,4 +1,4 @@
-"""Initial overlaps: which geoms lie in each other, and a displacement that separates them."""
+"""Initial overlaps: which geoms lie in each other."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import checks
 from contactlaw.mujoco_plugin import layout
@@ -18,7 +17,6 @@ from contactlaw.pair import ContactWarning
 
 NAMED = 5  # pairs in a message
 INSIDE = 0.1  # depth over the radius of the smaller bounding sphere: deeper than any contact
-ROUNDS, SWEEPS = 30, 20
 Overlap = tuple[int, int, float]
 
 
@@ -35,32 +33,6 @@ def overlaps_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Overlap]:
     return sorted((entry for entry in depths if entry[2] > 0.0), key=lambda entry: (-entry[2], entry[:2]))
 
 
-def relax(model: mujoco.MjModel, data: mujoco.MjData, *, deepest: float = 1e-6) -> float:
-    """Separate overlapping geoms so that they just touch; for initial positions drawn at random.
-
-    Otherwise the elastic energy of the overlaps would push the bodies apart. The displacement of the coordinates is the
-    smallest in the metric of the mass matrix: dq = M^-1 J^T x, x >= 0 along each normal, by Gauss-Seidel sweeps over
-    the overlaps, repeated at the new positions. Velocities, joint limits and contacts of the engine are ignored.
-
-    Args:
-        model, data: The compiled model and its state; `data.qpos` and what follows from it are changed.
-        deepest: Overlap that may remain [m].
-
-    Returns:
-        The deepest remaining overlap [m].
-    """
-    layout.view_of(model, checks.instance("data", data, mujoco.MjData))
-    checks.positive("deepest", deepest)
-    for _ in range(ROUNDS):
-        mujoco.mj_fwdPosition(model, data)
-        left = [overlap for overlap in overlaps_of(model, data) if overlap[2] > deepest]
-        if not left:
-            break
-        mujoco.mj_integratePos(model, data.qpos, _separation(model, data, left), 1.0)
-    mujoco.mj_fwdPosition(model, data)
-    return max((depth for _, _, depth in overlaps_of(model, data)), default=0.0)
-
-
 def report_initial_overlaps(model: mujoco.MjModel, refuse: bool) -> None:
     """Warn of geoms of the law that lie in each other too deep in the model's initial position.
 
@@ -74,35 +46,6 @@ def report_initial_overlaps(model: mujoco.MjModel, refuse: bool) -> None:
     if refuse:
         raise ValueError(f"overlaps = 'raise': {text}")
     warnings.warn(f"{text}; they count as just touching", ContactWarning, stacklevel=4)
-
-
-def exclude_joined(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
-    """Exclude contacts between bodies of one mechanism that are built into each other; return whether there are any.
-
-    A finger whose root is in the palm cannot leave it and has no sensible normal there: it would be pressed and rubbed
-    without end. A mechanism is a kinematic tree; one without a free joint includes the world. Planes are left out.
-    """
-    root, weld = model.body_rootid, model.body_weldid
-    free = set(model.jnt_bodyid[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE].tolist())
-    said: dict[tuple[int, int], str] = {}
-    for geoms, text in _deep_overlaps(model).items():
-        bodies = (int(model.geom_bodyid[geoms[0]]), int(model.geom_bodyid[geoms[1]]))
-        loose = {int(root[body]) for body in bodies} & free
-        joined = root[bodies[0]] == root[bodies[1]] or (0 in weld[[*bodies]] and not loose)
-        if joined and model.geom_rbound[[*geoms]].min() > 0.0:
-            said.setdefault(bodies, text)
-    every = list(spec.bodies) if said else []
-    for bodies in said:
-        ends = [next(body for body in every if body.id == number) for number in bodies]
-        for body in ends:
-            body.name = body.name or f"body{body.id}"
-        spec.add_exclude(bodyname1=ends[0].name, bodyname2=ends[1].name)
-    if said:
-        text = (
-            f"parts are built into each other: {first_of([*said.values()], NAMED, 'pairs')}; their bodies do not touch"
-        )
-        warnings.warn(text, ContactWarning, stacklevel=4)
-    return bool(said)
 
 
 def _deep_overlaps(model: mujoco.MjModel) -> dict[tuple[int, int], str]:
@@ -127,26 +70,3 @@ def _near_pairs(model: mujoco.MjModel, data: mujoco.MjData, world: View) -> Iter
         near &= (world.groups[shapes["group"][i], shapes["group"]] >= 0) & (shapes["body"] != shapes["body"][i])
         near[:i] = False
         yield from ((geom, two) for two in geoms[near].tolist())
-
-
-def _separation(model: mujoco.MjModel, data: mujoco.MjData, overlaps: list[Overlap]) -> NDArray[np.float64]:
-    """Return the displacement, shape (nv,), that removes overlaps to first order."""
-    rows, answers = np.zeros((2, len(overlaps), model.nv))
-    for row, (one, two, _) in zip(rows, overlaps, strict=True):
-        ends = np.zeros(6)
-        mujoco.mj_geomDistance(model, data, one, two, 0.0, ends)
-        normal = (ends[3:] - ends[:3]) / max(np.linalg.norm(ends[3:] - ends[:3]), 1e-300)
-        for geom, sign, end in ((one, 1.0, ends[:3]), (two, -1.0, ends[3:])):
-            jacobian = np.zeros((3, model.nv))
-            mujoco.mj_jac(model, data, jacobian, None, end, int(model.geom_bodyid[geom]))
-            row += sign * normal @ jacobian
-    mujoco.mj_solveM(model, data, answers, rows)
-    push, way = np.zeros(len(overlaps)), np.zeros(model.nv)
-    for _ in range(SWEEPS):
-        for i, (row, answer) in enumerate(zip(rows, answers, strict=True)):
-            mobility = row @ answer
-            if mobility > 0.0:
-                more = max((overlaps[i][2] - row @ way) / mobility, -push[i])
-                push[i] += more
-                way += more * answer
-    return way

@@ -1,4 +1,4 @@
-"""The law in PyBullet: a `ContactCallback`, called by the user's loop before each `stepSimulation`."""
+"""The law in PyBullet: a `ContactCallback`, which takes the steps in place of `stepSimulation`."""
 
 from contactlaw import checks
 

@@ -9,7 +9,6 @@ from contactlaw.memory import doubles_at
 from contactlaw.pybullet_callback.read import read_accelerations
 from contactlaw.pybullet_callback.rows import (
     ASLEEP,
-    EXACT,
     FLAGS,
     LISTED,
     NO_ROOM,
@@ -32,28 +31,14 @@ from contactlaw.world.data.access import body_at, contact_at, world_at
 from contactlaw.world.data.call import address, call_step, ready
 from contactlaw.world.data.demand import STEP
 from contactlaw.world.data.records import CLOSED, FREE
-from contactlaw.world.data.vec import (
-    add,
-    axpy,
-    dot,
-    half_turn,
-    load,
-    load4,
-    norm,
-    product,
-    scale,
-    share_of,
-    store,
-    store4,
-    sub,
-)
+from contactlaw.world.data.vec import add, axpy, load, load4, scale, share_of, store, store4, sub
 from contactlaw.world.sleep import is_at_rest
 from contactlaw.world.step import GROWING_ROOM
 
 
 @jit
-def finish_step(block, stepped):
-    """After Bullet's step, if it has stepped: take that of the world and write the bodies; return as `write_bodies`.
+def finish_step(block):
+    """After Bullet's step: take that of the world and select the bodies to be written; return as `write_bodies`.
 
     Other results: ASLEEP: all bodies go on sleeping, and nothing else. NOT_FINITE. NO_ROOM: the world may need more
     room. UNKNOWN: time step and gravity must be read.
@@ -61,24 +46,22 @@ def finish_step(block, stepped):
     """
     head = head_at(block, 0)
     w = world_at(head.world, 0)
-    if stepped != 0:
-        others = read_accelerations(head, w)
-        if others < 0:
-            return NOT_FINITE
-        if (others > 0 or head.unknown != 0) and head.refreshed == 0:
-            head.refreshed = 1
-            return OTHERS if others > 0 else UNKNOWN
+    others = read_accelerations(head, w)
+    if others < 0:
+        return NOT_FINITE
+    if (others > 0 or head.unknown != 0) and head.refreshed == 0:
+        head.refreshed = 1
+        return OTHERS if others > 0 else UNKNOWN
     if not (ready(w, STEP) and call_step(address(w, STEP), w, head.dt, GROWING_ROOM)):
         return NO_ROOM
-    done = write_bodies(head, w, stepped)
+    done = write_bodies(head, w)
     return done if done > 0 or not is_at_rest(w) else ASLEEP
 
 
 @jit_inside
-def write_bodies(head, w, stepped):
-    """After the world's step: select the bodies that were touched.
+def write_bodies(head, w):
+    """After the world's step: select the bodies that were touched, which Python puts where they are `left`.
 
-    If Bullet has stepped, Python puts them where they are `left`; else it pushes them with `force` and `torque`.
     Returns FLAGS times the number of bodies plus the bits of `check_contacts`.
     """
     head.selected_count = 0
@@ -88,16 +71,14 @@ def write_bodies(head, w, stepped):
         if r.in_tree != 0:
             continue
         if b.touched != 0 and r.mass > 0.0:
-            write_touched(head, k, r, b, stepped)
+            write_touched(head, k, r, b)
         elif b.asleep != 0 or r.mass == 0.0:
             note_end(r, r.before, 0.0)
-            if r.mass > 0.0 and (stepped == 0 or not same_motion(r.after, r.before)):
+            if r.mass > 0.0 and not same_motion(r.after, r.before):
                 select(head, k)
-        elif stepped == 0:
-            note_end(r, r.before, head.dt)
         else:
             note_end(r, r.after, 0.0)
-        if b.asleep != 0 and (stepped != 0 or b.touched == 0):  # the contacts carry what accelerates it
+        if b.asleep != 0:  # the contacts carry what accelerates it
             store(r.force, scale(-r.mass, load(b.acceleration)))
             store(r.torque, scale(-1.0, load(b.torque)))
     return FLAGS * head.selected_count + flags
@@ -127,7 +108,7 @@ def check_contacts(head, w):
 
 
 @jit_inside
-def write_touched(head, k, r, b, stepped):
+def write_touched(head, k, r, b):
     """Write the result of the step for a body that was touched."""
     dt, m, turned = head.dt, r.before, load4(b.quaternion)
     lag = 0.0 if r.pressed != 0 else -0.5 * dt
@@ -151,21 +132,8 @@ def write_touched(head, k, r, b, stepped):
     store4(b.quaternion, turned)
     set_axes(b)
     select(head, k)
-    if stepped != 0:
-        store(r.left.position, load(b.position))
-        store_quaternion(r.left, turned)
-        store(r.left.velocity, v)
-        store(r.left.spin, spin)
-        r.bullet_time, r.correction = 0.0, 0
-        return
-    note_end(r, m, dt)
+    store(r.left.position, load(b.position))
+    store_quaternion(r.left, turned)
     store(r.left.velocity, v)
-    expected = axpy(dt, v, load(m.position))  # where Bullet will have moved and turned it
-    store(r.shift, sub(load(b.position), expected))
-    c, s = half_turn(dt * dt * dot(spin, spin))
-    x, y, z = scale(s * dt, spin)
-    c, x, y, z = product((c, x, y, z), quaternion_of(m))
-    store4(r.turn, product(turned, (c, -x, -y, -z)))
-    off = norm(load(r.shift)) > EXACT * norm(sub(expected, load(m.position)))
-    off = off or abs(r.turn[1]) + abs(r.turn[2]) + abs(r.turn[3]) > EXACT
-    r.correction = 1 if off or b.asleep != 0 else 0
+    store(r.left.spin, spin)
+    r.bullet_time = 0.0

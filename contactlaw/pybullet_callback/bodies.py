@@ -17,12 +17,12 @@ from contactlaw.pybullet_callback.rows import (
     ASLEEP,
     FLAGS,
     HEAD,
-    LIST,
     MOTION,
     NO_ROOM,
     NOT_FINITE,
     OTHERS,
     PASSED,
+    PLACED,
     ROW,
 )
 from contactlaw.pybullet_callback.shapes import BASE, Key, engine_parameters, name_of
@@ -64,7 +64,6 @@ class Bodies:
         measured: Pairs whose distance PyBullet must measure.
         moves: Whether bodies that nothing can push are read at every step.
         check: Raises an error if a body is no longer the one that was added.
-        listed: Called after the near pairs have been listed anew, which is then done before Bullet's step; or None.
 
     Attributes:
         dt: Time step [s].
@@ -72,20 +71,18 @@ class Bodies:
 
     def __init__(
         self, client: int, world: World, keys: list[Key], trees: list[Tree], measured: list[Measured], moves: bool,
-        check: Callable[[], None], listed: Callable[[], None] | None,
+        check: Callable[[], None],
     ) -> None:  # fmt: skip
         self._client, self._world, self.keys, self._check = client, world, keys, check
-        self.trees, self._measured, self._listed = trees, measured, listed
+        self.trees, self._measured = trees, measured
         self.rows: Any = np.zeros(len(keys), ROW)
         self._bytes = memoryview(self.rows.view(np.uint8))
         self._selected: Any = np.zeros(len(keys), np.int64)
         self._selected_rows = memoryview(self._selected)
         self._head: Any = np.zeros(1, HEAD)
         self._head["simple"] = self._simple = not (trees or measured)
-        self._head["list_first"] = listed is not None
         self._head_at = self._head.ctypes.data
         self.rows["left"]["position"] = np.nan
-        self._found, self._pushed, self._foreseen = 0, [], False
         self._pushes = list[Callable[[], Any]]()
         self.dt, self._fall, self._down, self._parameters = 0.0, 0.0, 0, ()
         for one in trees:
@@ -141,33 +138,12 @@ class Bodies:
 
     def near_masses_changed(self) -> bool:
         """Read masses of all bodies that may touch something soon; return whether those of links have changed."""
-        if self._listed:
-            self._listed()
         near = self.arrays.near_bodies[: self._state["near_body_count"][0]].tolist()
         self.read_masses([k - 1 for k in near if k - 1 in self._heavy])
         return any(one.inertias() != one.known for one in self.trees)
 
-    def foresee(self) -> int:
-        """Take the step of the world that Bullet is about to take; return as `apply.write_bodies`."""
-        self._found, self._pushed, self._passed, self._sleep = 0, [], False, False
-        self._read_parameters()
-        if self._begin_step() != PASSED:
-            self._found = self._finish_step(0)
-            self._pushed = [
-                one for one in self.trees if one.write_back(self.arrays, self.dt, False, self._is_pressed(one))
-            ]
-        self._foreseen = True
-        return self._found
-
-    def push(self) -> None:
-        """Apply the forces of the foreseen step."""
-        if self._found >= FLAGS:
-            self._push(self._found // FLAGS)
-        for one in self._pushed:
-            one.apply_push()
-
     def take_step(self) -> int:
-        """Step PyBullet, then the world with the accelerations of that step; return as `foresee`."""
+        """Step PyBullet, then the world with the accelerations of that step; return as `apply.write_bodies`."""
         if not (self._simple and self._parameters):
             self._read_parameters()
         sleep = self._sleep and not self._read()
@@ -178,7 +154,7 @@ class Bodies:
         elif pushed > 0:
             self._push(pushed)
         for one in self.trees:
-            one.apply_steady_push()
+            one.apply_push()
         STEP_BULLET(self._client)
         if pushed == PASSED:
             if self._first_falls() or not self._read_parameters():
@@ -195,21 +171,19 @@ class Bodies:
                 write(*now[0], *now[1])
         for one in self.trees:
             one.read_forces(self.arrays, self.dt)
-        done = self._finish_step(1)
+        done = self._finish_step()
         self._sleep = done == ASLEEP and self._simple and not self._fixed_links
         if done >= FLAGS:
-            self._put(done // FLAGS, LEFT)
+            self._put(done // FLAGS)
         for one in self.trees:
-            one.write_back(self.arrays, self.dt, True, self._is_pressed(one))
+            one.write_back(self.arrays, self.dt, self._is_pressed(one))
         return done
 
     def _begin_step(self) -> int:
         """Read all bodies and set those of the world; return how many are to be pushed, or PASSED."""
         for one in self.trees:
-            one.now = one.read()
-        if not self._read(self._passed) and self._foreseen:
-            self._refuse_twice()
-        self._foreseen = False
+            one.start = one.read()
+        self._read(self._passed)
         pushed = begin_step(self._head_at)
         if self._passed and pushed != PASSED and self._read():
             pushed = begin_step(self._head_at)
@@ -218,17 +192,14 @@ class Bodies:
             return pushed
         if pushed == NOT_FINITE:
             self._refuse()
-        if pushed == LIST:
-            self._list_near()
-            pushed = select_pushed(self._head_at)
-        found = max(LIST - pushed, 0)
+        found = pushed == PLACED
         for one in self.trees:
             one.begin_step(self.arrays, self._head["gravity"][0])
             one.set_tree(self.arrays, self.dt)
             self.rows["placed"][one.members] = one.placed
-            found |= int(one.placed)
+            found |= one.placed
         if found:
-            self._handle_findings(found)
+            self._find_pressed()
             pushed = select_pushed(self._head_at)
         for one in self._measured:
             one.place(self._client, self.arrays, self.dt)
@@ -256,9 +227,9 @@ class Bodies:
         down, fall = self._down, self._fall
         return abs(self._velocities[0][0]()[0][down] - self._last[0][1][0][down] - fall) < 0.5 * abs(fall)
 
-    def _finish_step(self, stepped: int) -> int:
+    def _finish_step(self) -> int:
         """Take the step of the world; return as `apply.write_bodies`."""
-        while (done := finish_step(self._head_at, stepped)) < 0:
+        while (done := finish_step(self._head_at)) < 0:
             if done == NOT_FINITE:
                 self._refuse()
             if done == NO_ROOM and not PENDING_ERROR:  # the truth of PENDING_ERROR raises an error that was stored
@@ -273,15 +244,9 @@ class Bodies:
                 self.read_masses(np.flatnonzero(self.rows["disturbed"] == 2).tolist())
         return done
 
-    def _handle_findings(self, found: int) -> None:
-        """Handle what `read_bodies` found: found // 2 poses to be corrected; if odd, bodies moved by the user."""
+    def _find_pressed(self) -> None:
+        """After the user has moved bodies: find near pairs, and what presses on what."""
         self._check()
-        if found > 1:
-            self._put(found >> 1, BEFORE)
-            self._last = [(pose(), velocity()) for pose, velocity, _ in self._bases]
-        if not found & 1:
-            return
-        # the user has moved bodies: find near pairs, and what presses on what
         self.read_masses(np.flatnonzero((self.rows["placed"] != 0) & (self.rows["in_tree"] == 0)).tolist())
         self._list_near()
         self.arrays.bodies["placed"][1:] = self.rows["placed"]
@@ -297,8 +262,6 @@ class Bodies:
         self._state["stale"] = 1
         while step(self._state, 0.0, 1) == 0:
             self._make_room()
-        if self._listed:
-            self._listed()
 
     def _is_pressed(self, one: Tree) -> bool:
         return bool(self.rows["pressed"][one.members].any())
@@ -339,24 +302,12 @@ class Bodies:
         for apply in self._pushes:
             apply()
 
-    def _put(self, number: int, motion: int) -> None:
-        """Set pose and velocity of the first `number` selected bodies from a motion in their rows."""
+    def _put(self, number: int) -> None:
+        """Set pose and velocity of the first `number` selected bodies to where they are `left`."""
         for k in self._selected_rows[:number]:
-            body, own = self.keys[k][0], MOTION_FORMAT.unpack_from(self._bytes, k * SIZE + motion)
+            body, own = self.keys[k][0], MOTION_FORMAT.unpack_from(self._bytes, k * SIZE + LEFT)
             p.resetBasePositionAndOrientation(body, own[:3], own[3:7], self._client)  # it also stops the body
             p.resetBaseVelocity(body, own[7:10], own[10:], self._client)
-
-    def _refuse_twice(self) -> None:
-        """Refuse a second call before Bullet has stepped: nothing has moved, though something has a velocity."""
-        moving = [body for body, _ in self._moving if any(map(any, p.getBaseVelocity(body, self._client)))]
-        moving += [one.body for one in self.trees if one.now[1].any()]
-        if moving and all(
-            np.array_equal(now, was) for one in self.trees for now, was in zip(one.now, one.start, strict=True)
-        ):
-            raise ValueError(
-                f"called again before stepSimulation: body {moving[0]} moves, and is where it was; call it once for "
-                "each step, and let `restore` go with restoreState"
-            )
 
     def _refuse(self) -> None:
         name = name_of(self.keys[int(self._head["bad"][0])])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from itertools import count, islice
 from typing import Any
@@ -19,7 +19,7 @@ from contactlaw.pybullet_callback.contact import Contact, ContactState, sets_of
 from contactlaw.pybullet_callback.rows import LISTED, NOTED
 from contactlaw.pybullet_callback.scene import Saved, Scene
 from contactlaw.pybullet_callback.shapes import client_of, engine_parameters, read_sides
-from contactlaw.pybullet_callback.stepping import STEP_BULLET, stepped_by, stepping
+from contactlaw.pybullet_callback.stepping import NEXT, STEP_BULLET, stepping, take
 from contactlaw.pybullet_callback.tags import Tags
 from contactlaw.world.contacts.ledger import Ledger
 
@@ -34,23 +34,21 @@ class ContactCallback:
         contact(); pybullet.stepSimulation()          once each, or
         with contact.stepping(): ...                  where an environment calls stepSimulation
 
+    All three take the same step.
+
     The callback reads poses and velocities of the bodies, takes the step in a world of its own (`World`), which
     resolves impacts however long the step is, and writes the bodies that contacts have touched back to PyBullet; all
-    others it leaves to PyBullet. Bullet's own response is disabled for these pairs and only these. A call that raises
-    an error changes nothing in PyBullet.
+    others it leaves to PyBullet. Bullet's own response is disabled for these pairs and only these.
 
-    `step` lets Bullet step first, so that the accelerations of its step are known: they include forces that the user
-    applied, damping, constraints and native contacts. Position and velocity are right after it. `contact()` has to look
-    ahead and knows gravity alone. It applies impulses as forces, so that the velocity is right after stepSimulation;
-    the position of a body that was in an impact is corrected at the next call, by at most the step times the change of
-    its velocity.
+    Bullet steps first, so that the accelerations of its step are known: they include forces that the user applied,
+    damping, constraints and native contacts. Position and velocity are right after the step.
 
     Bullet's velocity belongs to half a step before its position, g dt/2 behind in free fall. With a closed contact the
     velocity is the present one: zero for a body at rest, whose position does not change in any digit.
 
     Requirements and limits:
-      * numSubSteps must be 0 or 1. Time step and gravity are read at every call (`step` reads them only if no falling
-        body shows them and not all bodies sleep); they must not change between `contact()` and stepSimulation.
+      * numSubSteps must be 0 or 1. Time step and gravity are read at every step, unless a falling body shows them or
+        all bodies sleep.
       * Spheres, capsules, boxes, cylinders, convex hulls of meshes and compounds of these touch each other and planes.
         PyBullet measures any other shape, such as a concave mesh: it needs `pair.radius`, and only spheres may touch
         it, and capsules if neither body is free without joints. A step then uses the tangent plane at the nearest
@@ -133,7 +131,7 @@ class ContactCallback:
         engine_parameters(self._client)
         handle = next(self._handles)
         self._change(self._contacts | {handle: contact})
-        contact.silence(self._client, () if contact.many else sets.every())
+        contact.set_native(self._client, False, contact.bodies)
         self._tags.add(contact.bodies)
         return handle
 
@@ -141,10 +139,7 @@ class ContactCallback:
         """Remove a contact and enable the native response of its pairs; its bodies may have been removed already."""
         contact = self._contact(handle)
         self._change({other: value for other, value in self._contacts.items() if other != handle})
-        there = {body for body in contact.bodies if self._tags.is_there(body)}
-        for one, two in contact.silent:
-            if one[0] in there and two[0] in there:
-                p.setCollisionFilterPair(one[0], two[0], one[1], two[1], 1, self._client)
+        contact.set_native(self._client, True, {body for body in contact.bodies if self._tags.is_there(body)})
         for body in contact.bodies.difference(*(other.bodies for other in self._contacts.values())):
             self._tags.remove(body)
 
@@ -184,34 +179,39 @@ class ContactCallback:
             ValueError: Contacts have been added or removed since.
         """
         self._scene.restore(saved)
+        NEXT.pop(self._client, None)
 
     def look(self) -> None:
         """Read masses, inertias, joints, and poses of fixed bodies again."""
         self._change(self._contacts)
 
     def __call__(self) -> None:
-        """Take the step that stepSimulation is about to take, and apply the forces of its contacts.
+        """Let the next `pybullet.stepSimulation` of this client be `step`, see `stepping`, and raise what that raises.
 
         Raises:
-            ValueError: Bodies or their motion are not what the class requires; or Bullet has not stepped since the last
-                call (something has a velocity and has not moved). PyBullet is unchanged then.
+            ValueError: Called before already, without stepSimulation after it; or inside `stepping`.
         """
-        if stepped_by(self._client) is self:
-            raise ValueError("inside `stepping` each stepSimulation is a step of this callback: do not call it as well")
-        scene = self._begin()
-        if scene is not None:
-            flags = self._checked(scene.bodies.foresee)
-            if flags:
-                self._handle_flags(scene, flags)
-            scene.bodies.push()
+        take(NEXT, self._client, self)
 
     def step(self) -> None:
-        """Step PyBullet and the contacts; errors as for a call, but Bullet may have stepped then."""
-        scene = self._begin()
-        if scene is None:
+        """Step PyBullet and the contacts.
+
+        Raises:
+            ValueError: Bodies or their motion are not what the class requires. PyBullet is unchanged then, unless
+                numbers are not finite after its step.
+        """
+        if not self._contacts:
             STEP_BULLET(self._client)
             return
-        flags = self._checked(scene.bodies.take_step)
+        if (count := p.getNumBodies(self._client)) != self._body_count or self._tags.first() != self._tags.text:
+            self._tags.check()
+            self._body_count = count
+        scene = self._made or self._scene
+        try:
+            flags = scene.bodies.take_step()
+        except p.error:  # its message does not name the body
+            self._tags.check()
+            raise
         if flags & NEWS:
             self._handle_flags(scene, flags)
 
@@ -221,30 +221,14 @@ class ContactCallback:
             with contact.stepping():
                 env.step(action)
 
-        It replaces the function for all callers: by the module, by a BulletClient, or by a name imported into another
-        module. Steps of other clients stay PyBullet's. After `resetSimulation` (`reset` of most environments) all
-        bodies are new: call `remove_all` and add the contacts again.
+        The function is replaced for all callers, by the module, by a BulletClient, or by a name imported into another
+        module; it stays replaced, and passes on all other steps to PyBullet. After `resetSimulation` (`reset` of most
+        environments) all bodies are new: call `remove_all` and add the contacts again.
 
         Raises:
             ValueError: On entering, if another callback takes the steps of this client; in a step, what `step` raises.
         """
         return stepping(self, self._client)
-
-    def _begin(self) -> Scene | None:
-        """Check that all bodies are there and return the scene; None if there are no contacts."""
-        if not self._contacts:
-            return None
-        if (count := p.getNumBodies(self._client)) != self._body_count or self._tags.first() != self._tags.text:
-            self._tags.check()
-            self._body_count = count
-        return self._made or self._scene
-
-    def _checked(self, take: Callable[[], int]) -> int:
-        try:
-            return take()
-        except p.error:  # its message does not name the body
-            self._tags.check()
-            raise
 
     @property
     def _scene(self) -> Scene:
@@ -257,6 +241,7 @@ class ContactCallback:
     def _change(self, contacts: dict[int, Contact]) -> None:
         self._old = self._made or self._old
         self._contacts, self._made, self._body_count = contacts, None, -1
+        NEXT.pop(self._client, None)
 
     def _handle_flags(self, scene: Scene, flags: int) -> None:
         """Handle the bits that a step returned: near pairs listed anew, and contacts to be warned of."""

@@ -16,7 +16,6 @@ from contactlaw.world.data.records import CLOSED
 from contactlaw.world.near.sets import Sets
 
 Array = NDArray[np.float64]
-MANY = 10_000  # pairs of a handle beyond which Bullet's response is disabled only for those that come near each other
 
 
 @dataclass
@@ -68,7 +67,6 @@ class Contact:
         sides: Shapes of both sets by body and link.
         sets: Which of them may touch, by body and link.
         rounding: Radius of edges [m]; None: see `world.shapes.description.ROUNDING`.
-        silent: Pairs for which Bullet's own response is disabled.
         told: Pairs that have been warned of, and the text.
     """
 
@@ -77,20 +75,13 @@ class Contact:
     sides: dict[Key, Side]
     sets: Sets
     rounding: float | None = None
-    silent: dict[tuple[Key, Key], None] = field(default_factory=dict)
     told: set[tuple[Key, Key, str]] = field(default_factory=set)
 
-    @property
-    def many(self) -> bool:
-        """Whether Bullet's response is disabled for each pair only when the two come near each other, see `MANY`."""
-        return len(self.sets.ones) * len(self.sets.twos) > MANY
-
-    def silence(self, client: int, pairs: Iterable[tuple[Key, Key]]) -> None:
-        """Disable Bullet's own response of pairs."""
-        for one, two in pairs:
-            if (one, two) not in self.silent:
-                p.setCollisionFilterPair(one[0], two[0], one[1], two[1], 0, client)
-                self.silent[one, two] = None
+    def set_native(self, client: int, enabled: bool, there: set[int]) -> None:
+        """Enable or disable Bullet's own response of its pairs, as far as both bodies are there."""
+        for one, two in self.sets.every():
+            if one[0] in there and two[0] in there:
+                p.setCollisionFilterPair(one[0], two[0], one[1], two[1], int(enabled), client)
 
     @property
     def bodies(self) -> set[int]:

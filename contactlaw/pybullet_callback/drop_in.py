@@ -10,7 +10,7 @@
     floor, contact = p.loadURDF("plane.urdf"), ContactCallback()
     ball = load_urdf(contact, "sphere_small.urdf", [("*", floor, steel)]).body
 
-Then call `contact()` before each stepSimulation. For bodies that are loaded already:
+Then call `contact.step()` in place of stepSimulation. For bodies that are loaded already:
 `contact.add_contact(links_of(robot, "*_wheel"), links_of(floor), pair)`.
 """
 

@@ -7,9 +7,9 @@ from math import isfinite, nan
 from contactlaw.jit import jit, jit_inside
 from contactlaw.pybullet_callback.rows import (
     EXACT,
-    LIST,
     NOT_FINITE,
     PASSED,
+    PLACED,
     finite,
     head_at,
     note_end,
@@ -18,7 +18,6 @@ from contactlaw.pybullet_callback.rows import (
     same_motion,
     select,
     set_body,
-    store_quaternion,
     torque_for,
 )  # fmt: skip
 from contactlaw.world.bodies.motion import gyroscopic, is_static, spin_change
@@ -27,7 +26,7 @@ from contactlaw.world.data.access import body_at, near_at, shape_at, world_at
 from contactlaw.world.data.call import address, call_step
 from contactlaw.world.data.demand import STEP
 from contactlaw.world.data.records import NEVER
-from contactlaw.world.data.vec import add, axpy, dot, load, load4, norm, product, scale, store, store4, sub, unit
+from contactlaw.world.data.vec import axpy, dot, load, load4, norm, scale, store, store4, sub
 from contactlaw.world.near.guards import any_guard_exceeded, surface_speed
 from contactlaw.world.near.listing import list_near, may_leave_margin
 from contactlaw.world.shapes.geometry import meet
@@ -39,29 +38,27 @@ from contactlaw.world.step import FIND_PRESSED
 def begin_step(block):
     """Begin a step: read bodies and select those to be pushed; return how many.
 
-    Other results: PASSED: no two bodies can touch in this step or the next, and there is no more to do. LIST: near
-    pairs must be listed anew. LIST - n: `read_bodies` found n. NOT_FINITE. A second call does the same again.
+    Other results: PASSED: no two bodies can touch in this step or the next, and there is no more to do. PLACED: the
+    user has moved bodies. NOT_FINITE. A second call does the same again.
     """
     head = head_at(block, 0)
     w = world_at(head.world, 0)
     found = read_bodies(head, w)
     if found != 0:
-        return NOT_FINITE if found < 0 else LIST - found
+        return found
     apart = head.simple != 0 and w.spares == w.contact_room and w.step > 0.0
-    if apart or head.list_first != 0:
-        for k in range(head.count):
-            b = body_at(w.bodies, k + 1)
-            if apart:
-                b.still = 1 if is_static(b) else 0
-            w.stale |= may_leave_margin(b, 2.0 * head.dt)
-        if any_guard_exceeded(w, -NEVER, 2.0 * head.dt):
-            w.stale = 1
-    if w.stale != 0 and head.list_first != 0:
-        return LIST
-    if w.stale != 0 and apart:
+    if not apart:
+        return select_pushed(block)
+    for k in range(head.count):
+        b = body_at(w.bodies, k + 1)
+        b.still = 1 if is_static(b) else 0
+        w.stale |= may_leave_margin(b, 2.0 * head.dt)
+    if any_guard_exceeded(w, -NEVER, 2.0 * head.dt):
+        w.stale = 1
+    if w.stale != 0:
         list_near(w)
         w.stale = 0 if 2 * w.nears <= w.near_room else 1
-    if w.stale != 0 or not (apart and far_apart(w, 2.0 * head.dt)):
+    if w.stale != 0 or not far_apart(w, 2.0 * head.dt):
         return select_pushed(block)
     for k in range(head.count):
         r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
@@ -72,17 +69,13 @@ def begin_step(block):
 
 @jit_inside
 def read_bodies(head, w):
-    """Correct the poses that need it, and give the world's bodies the poses and velocities that were read.
-
-    Returns twice the number of bodies that must be put elsewhere before Bullet steps, plus one if the user has moved a
-    body; -1: numbers are not finite.
-    """
-    head.selected_count, head.refreshed, placed, moved = 0, 0, 0, False
+    """Give the world's bodies the poses and velocities that were read; return 0, PLACED or NOT_FINITE."""
+    head.refreshed, placed, moved = 0, 0, False
     for k in range(head.count):
         r = row_at(head.rows, k)
         if not finite(r.before):
             head.bad = k
-            return -1
+            return NOT_FINITE
     for k in range(head.count):
         r = row_at(head.rows, k)
         if r.in_tree != 0:
@@ -102,18 +95,10 @@ def read_bodies(head, w):
             moved = moved or r.placed != 0
             continue
         if r.mass > 0.0:
-            r.placed = 0 if is_expected(r, v) or (r.correction != 0 and is_expected(r, load(r.left.velocity))) else 1
-        if r.correction != 0 and r.placed == 0:
-            store(r.before.position, add(load(r.before.position), load(r.shift)))
-            store_quaternion(r.before, unit(product(load4(r.turn), quaternion_of(r.before))))
-            if b.asleep != 0 and norm(v) + norm(load(r.before.spin)) <= EXACT * head.dt * norm(load(b.acceleration)):
-                store(r.before.velocity, (0.0, 0.0, 0.0))
-                store(r.before.spin, (0.0, 0.0, 0.0))
-            select(head, k)
+            r.placed = 0 if is_expected(r, v) else 1
         if r.mass == 0.0 or r.placed != 0:
             placed |= r.placed
             r.pressed, moved = 0, True
-        r.correction = 0
         set_body(r, b, head.dt)
     if moved:  # sleeping bodies must check again whether what holds them is still there
         w.stale = 1
@@ -121,7 +106,7 @@ def read_bodies(head, w):
             b = body_at(w.bodies, i)
             if b.asleep != 0:
                 b.held[0] = nan
-    return 2 * head.selected_count + placed
+    return PLACED if placed != 0 else 0
 
 
 @jit_inside

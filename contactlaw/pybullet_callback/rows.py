@@ -6,11 +6,10 @@ is closed at the end of a step the true velocity is written, so that a body at r
 off within the step, a includes the forces of that step only as far as they acted in the step before: Bullet does not
 repeat a kick for one step in the next. The same holds for the spin, with the gyroscopic rate of change.
 
-The result of a step is an impulse and a pose. If Bullet has yet to step, a force gives the impulse, and the pose is
-corrected at the next call (`read_bodies`). If Bullet has stepped, the world takes the same step again with the
-accelerations that Bullet's step had, and pose and velocity are written to PyBullet (`write_bodies`). The accelerations
-follow from the change of velocity. If that is not due to gravity and the push alone, Python is asked to read the pose
-too, and the mass of a body that was pushed.
+Bullet steps first, with the force of the contacts in the step before as a push on what is pressed. Then the world takes
+the same step with the accelerations that Bullet's step had besides that push, and pose and velocity of what contacts
+have touched are written to PyBullet (`write_bodies`). The accelerations follow from the change of velocity. If that is
+not due to gravity and the push alone, Python is asked to read the pose too, and the mass of a body that was pushed.
 """
 
 from __future__ import annotations
@@ -31,8 +30,6 @@ ROW = record(
     before=MOTION, after=MOTION,  # as read before and after Bullet's step
     left=MOTION,  # as the last call left it in PyBullet
     bullet_time="f8",  # [s] for which Bullet has moved it since then
-    correction="i8",  # after that its pose must be corrected by
-    shift=VECTOR, turn=("f8", (4,)),  # this displacement [m] and rotation (quaternion, scalar first)
     mass="f8", inertia=VECTOR,  # zero mass: nothing can move it
     in_tree="i8",  # part of a body with joints, see `trees`
     force=VECTOR, torque=VECTOR,  # mean force [N] and torque [N m] of contacts over the last step
@@ -47,7 +44,6 @@ HEAD = record(
     world="u8", rows="u8", seen="u8", count="i8",  # `seen`: of each slot the bits of `contacts.doubts` found so far
     dt="f8", gravity=VECTOR,
     simple="i8",  # no body has joints, no shape must be measured
-    list_first="i8",  # near pairs of the next step must be listed before Bullet's step
     refreshed="i8",  # the readings that OTHERS or UNKNOWN asked for have been made in this step
     unknown="i8",  # no body has shown that the known time step and gravity are the present ones
     lists="i8",  # number of lists of near pairs made so far
@@ -59,7 +55,7 @@ HEAD = record(
 EXACT = 1e-12  # relative difference that counts as rounding
 NOTED, LISTED, ASLEEP, FLAGS = 1, 2, 4, 8  # bits of `check_contacts`, and the first free one: see there
 NOT_FINITE, NO_ROOM, OTHERS, UNKNOWN = -1, -2, -3, -4  # of `finish_step`
-PASSED, LIST = -2, -3  # of `begin_step`
+PASSED, PLACED = -2, -3  # of `begin_step`
 
 head_at: Any = element(HEAD)
 row_at: Any = element(ROW)

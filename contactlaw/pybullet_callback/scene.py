@@ -25,7 +25,7 @@ from contactlaw.world.readout import mean_impulses
 from contactlaw.world.shapes.description import tangent
 
 # state that is saved, and kept when contacts are added or removed: of `Tree`, and of a body of the world
-TREE_STATE = ("left", "start", "bullet_time", "correction", "force", "push", "pressed", "matrix", "free_acceleration")
+TREE_STATE = ("left", "force", "push", "pressed")
 BODY_STATE = ("asleep", "held", "momentum", "position", "quaternion", "axes")
 
 
@@ -78,9 +78,7 @@ class Scene:
             if part != owner:
                 self._note_shapes(self._side_of[owner], [part])
         self.world.arrays.pairs["relaxed"] = 1
-        self._known = np.zeros(0, np.int64)
-        listed = self._silence_near if any(contact.many for contact in contacts.values()) else None
-        self.bodies = Bodies(client, self.world, bodies, list(trees.values()), measured, moves, check, listed)
+        self.bodies = Bodies(client, self.world, bodies, list(trees.values()), measured, moves, check)
         if old:
             self._take_over(old)
 
@@ -131,18 +129,6 @@ class Scene:
                 self.world.add_contact(ends, planes, contact.pair)
             added = True
             measured.append(Measured(one, other, self._row[one.key], row, ends, planes))
-
-    def _silence_near(self) -> None:
-        """Disable Bullet's own response of pairs that have come near each other, for contacts with many pairs."""
-        world = self.bodies.arrays
-        near = world.near[: world.world["nears"][0]]
-        codes = near["a"] * world.shapes.size + near["b"]
-        new = np.flatnonzero(~np.isin(codes, self._known))
-        for a, b, pair in near[["a", "b", "pair"]][new].tolist():
-            contact = self._contact(pair)
-            if contact.many:
-                contact.silence(self._client, [(self._side_of[a], self._side_of[b])])
-        self._known = np.union1d(self._known, codes[new])
 
     def _contact(self, pair: int) -> Contact:
         """Return the contact of a pair of materials in the world."""

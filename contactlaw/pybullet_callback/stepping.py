@@ -1,9 +1,9 @@
-"""Replacement of `pybullet.stepSimulation` within a context, for environments that step PyBullet themselves."""
+"""Replacement of `pybullet.stepSimulation`, so that a callback can take the steps of loops that it does not own."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from types import BuiltinFunctionType
 from typing import Any
@@ -11,11 +11,12 @@ from typing import Any
 import pybullet as p
 
 STEP_BULLET = p.stepSimulation
-_STEPPED: dict[int, Any] = {}
+STEPPED: dict[int, Any] = {}  # of a client, the callback that takes all its steps
+NEXT: dict[int, Any] = {}  # of a client, the callback that takes its next step
 
 
 class _Step:
-    """Stands in for stepSimulation: takes the steps of clients in `_STEPPED`, and passes others on to PyBullet.
+    """Stands in for stepSimulation: takes the steps of clients in `NEXT` or `STEPPED`, and passes on all others.
 
     BulletClient of pybullet_utils adds its client id only to calls of built-in functions, so this claims to be one.
     """
@@ -23,40 +24,41 @@ class _Step:
     __class__ = property(lambda self: BuiltinFunctionType)  # type: ignore[assignment]  # for `isinstance`
 
     def __call__(self, physicsClientId: int = 0) -> None:
-        callback = stepped_by(physicsClientId)
+        callback = NEXT.pop(physicsClientId, None) or STEPPED.get(physicsClientId)
         (callback.step if callback else lambda: STEP_BULLET(physicsClientId))()
 
 
 _STEP: Any = _Step()
 
 
-def stepped_by(client: int) -> Any:
-    """Return the callback that takes the steps of a client, None if none does."""
-    return _STEPPED.get(client)
+def take(steps: dict[int, Any], client: int, callback: Any) -> None:
+    """Let a callback take steps of a client, whichever code calls stepSimulation; steps: `NEXT` or `STEPPED`.
+
+    The function is replaced in PyBullet and in all modules that have imported it by name, once and for good.
+
+    Raises:
+        ValueError: They are taken already.
+    """
+    if client in STEPPED:
+        raise ValueError(f"client {client}: its steps are taken inside a `stepping` already")
+    if client in NEXT:
+        raise ValueError(
+            f"client {client}: called again before stepSimulation; call it once for each step, or `step` instead (a "
+            "stepSimulation kept in a variable before the first call is PyBullet's own, and does not count)"
+        )
+    if p.stepSimulation is not _STEP:
+        for module in list(sys.modules.values()):
+            names = getattr(module, "__dict__", {})
+            if names.get("stepSimulation") is STEP_BULLET:
+                names["stepSimulation"] = _STEP
+    steps[client] = callback
 
 
 @contextmanager
 def stepping(callback: Any, client: int) -> Iterator[None]:
-    """Let a callback take the steps of a client, whichever code calls stepSimulation.
-
-    Raises:
-        ValueError: Another callback takes them already.
-    """
-    if client in _STEPPED:
-        raise ValueError(f"client {client}: its steps are taken inside another `stepping` already")
-    _STEPPED[client] = callback
-    _replace(STEP_BULLET, _STEP)
+    """Let a callback take all steps of a client; errors as for `take`."""
+    take(STEPPED, client, callback)
     try:
         yield
     finally:
-        del _STEPPED[client]
-        if not _STEPPED:
-            _replace(_STEP, STEP_BULLET)
-
-
-def _replace(old: Callable[..., Any], new: Callable[..., Any]) -> None:
-    """Replace a function in PyBullet and in all modules that imported it by name."""
-    for module in list(sys.modules.values()):
-        names = getattr(module, "__dict__", {})
-        if names.get("stepSimulation") is old:
-            names["stepSimulation"] = new
+        del STEPPED[client]

@@ -25,10 +25,9 @@ import pybullet as p
 from contactlaw.pybullet_callback.shapes import BASE, KINDS, PARENT, Key, pose_of, rotation
 from contactlaw.world import World
 from contactlaw.world.data.frames import CONJUGATE, IDENTITY, UNTURNED, Pose
-from contactlaw.world.data.records import AXIS, BALL, FREE_JOINT, SLIDE, Array, Arrays
+from contactlaw.world.data.records import AXIS, BALL, FREE_JOINT, HINGE, SLIDE, Array, Arrays
 from contactlaw.world.trees.coordinates import carriers, matrix_of_factor, numbers, settle
 from contactlaw.world.trees.description import Joint, Part, records_of
-from contactlaw.world.trees.joint_space import JointSpace
 
 LEAST_INERTIA = 1e-12  # [m^2], of moments of inertia over mass
 EXACT = 1e-9  # relative difference of a coordinate that counts as rounding
@@ -87,12 +86,12 @@ class Tree:
         self.q_size, self.v_size = self.rows.start.size, self.rows.axes.size
         self.joints = self.rows.joints[["kind", "first_q", "first_axis"]].tolist()
         self._joint_links, self._kinds = self.heads[self.free :], self.joints[self.free :]
-        self.space = JointSpace(self.rows.joints)
-        self.torque = np.zeros(len(self.space.scalar_v))
-        self.now = self.left = self.start = np.full(self.q_size, np.nan), np.zeros(self.v_size)
-        self.bullet_time, self.matrix = 0.0, np.zeros((self.v_size, self.v_size))
-        self.correction: Array | None = None
-        self.force, self.push, self.free_acceleration = np.zeros((3, self.v_size))
+        self._scalars = [first for kind, _, first in self.joints if kind in (HINGE, SLIDE)]
+        self._turns = [first + 3 * (kind == FREE_JOINT) for kind, first, _ in self.joints if kind in (FREE_JOINT, BALL)]
+        self.left = np.full(self.q_size, np.nan)  # coordinates as the last step left them
+        self.start = self.left, np.zeros(self.v_size)  # coordinates and velocities at the start of the step
+        self.force, self.push = np.zeros((2, self.v_size))
+        self.torque = np.zeros(0)
         self.placed = self.pressed = False
         self._joints: Array | None = None
         links, before = self.rows.links, self.rows.links["parent"].tolist()
@@ -157,13 +156,6 @@ class Tree:
             p.resetBasePositionAndOrientation(self.body, (x, y, z), [*turn[1:], turn[0]], self._client)
             p.resetBaseVelocity(self.body, v[:3].tolist(), (axes_of(q[3:7]) @ v[3:6]).tolist(), self._client)
 
-    def along(self, v: Array, q: Array, other: Array) -> Array:
-        """Return velocities v, whose spin of the base is along its axes at q, with the spin along those at `other`."""
-        out = v.copy()
-        if self.free:
-            out[3:6] = axes_of(other[3:7]).T @ (axes_of(q[3:7]) @ v[3:6])
-        return out
-
     def _bind(self, world: Arrays) -> None:
         """Find its numbers in the arrays of a world."""
         if self._joints is world.joints:
@@ -178,25 +170,14 @@ class Tree:
         self._centres = world.bodies["position"][own]
 
     def begin_step(self, world: Arrays, gravity: Array) -> None:
-        """Take the state at the start of a step, correct its coordinates, and see whether the user has moved it."""
+        """Take the state at the start of a step, and see whether the user has moved it since the last one."""
         self._bind(world)
-        q, v = self.now
-        left = self.space.moved(self.left[0], self.bullet_time * v) if self.bullet_time > 0.0 else self.left[0]
-        near = EXACT * (1.0 + np.abs(q).max(initial=0.0))
-        self.placed = (
-            not np.abs(left - q).max(initial=0.0) <= 0.5 * near
-            and not np.abs(self.space.between(left, q)).max(initial=0.0) <= near
-        )
+        q, off = self.start[0], np.abs(self.left - self.start[0])
+        for i in self._turns:  # a quaternion and its negative are the same rotation
+            off[i : i + 4] = np.minimum(off[i : i + 4], np.abs(self.left + q)[i : i + 4])
+        self.placed = not off.max(initial=0.0) <= 0.5 * EXACT * (1.0 + np.abs(q).max(initial=0.0))
         if self.placed:
             self.force[:], self.push[:], self.pressed = 0.0, 0.0, False
-        elif self.bullet_time > 0.0:
-            self._find_forces((v - self.start[1]) / self.bullet_time)
-        if self.correction is not None and not self.placed:
-            q, old = self.space.moved(q, self.correction), q
-            v = self.along(v, old, q)
-            self.write(q, v)
-        self.correction = None
-        self.start = q, v
         tree = world.trees[self.number]
         tree["gravity"] = gravity
         if not self.free:
@@ -205,7 +186,7 @@ class Tree:
 
     def _find_forces(self, gained: Array) -> None:
         """Find the forces on the joints, and which joints a motor held against `push`, from a step's accelerations."""
-        known, i = self.matrix @ self.free_acceleration, self.space.scalar_v
+        known, i = self.matrix @ self.free_acceleration, self._scalars
         armature, inertia = self._axes["armature"][i], self.matrix[i, i]
         torque = np.abs(self.torque)
         held = np.abs(gained[i]) * (inertia - armature) < np.maximum(np.abs(self.push[i]), CARRIES * torque)
@@ -235,38 +216,27 @@ class Tree:
         self._find_forces((self.after[1] - self.start[1]) / dt)
         self._place(world, dt)
 
-    def write_back(self, world: Arrays, dt: float, stepped: bool, pressed: bool) -> bool:
-        """Write the tree back after the world's step; return whether it must be pushed, as PyBullet has yet to step."""
+    def write_back(self, world: Arrays, dt: float, pressed: bool) -> None:
+        """Write the tree to PyBullet after the world's step, if a contact has touched it."""
         self._bind(world)
-        self.pressed = pressed
+        self.pressed, self.left = pressed, self.after[0]
         if not (self._asleep.any() or self._touched.any()):
             self.push[:] = 0.0
-            ahead = self.start[0], self.start[1] + dt * self.free_acceleration
-            self.left, self.bullet_time = (self.after, 0.0) if stepped else (ahead, dt)
-            return False
-        q, v = self._q.copy(), self._v.copy()
+            return
+        self.left, v = self._q.copy(), self._v.copy()
         if not pressed:
             v -= 0.5 * dt * self._a
-        shown = self.along(v, q, self.start[0])  # Bullet keeps the spin of a base along the axes before its step
-        self.push = self.matrix @ ((shown - self.start[1]) / dt - self.free_acceleration)
-        if stepped:
-            self.write(q, v)
-            self.left, self.bullet_time = (q, v), 0.0
-            return False
-        self.left, self.bullet_time = (self.start[0], shown), dt
-        self.correction = self.space.between(self.space.moved(self.start[0], dt * shown), q)
-        self._put(world, *self.start)  # the pose at which it is pushed
-        return True
-
-    def apply_steady_push(self) -> None:
-        """Apply the push of the last step again, if a contact is closed."""
-        if self.pressed:
-            self.apply_push()
-        else:
-            self.push[:] = 0.0
+        self.write(self.left, v)
+        if self.free:  # Bullet keeps the spin of a base along the axes before its step
+            v[3:6] = axes_of(self.start[0][3:7]).T @ (axes_of(self.left[3:7]) @ v[3:6])
+        self.push = self.matrix @ ((v - self.start[1]) / dt - self.free_acceleration)
 
     def apply_push(self) -> None:
-        """Apply the push of the contacts as forces and torques on links, at the present pose of the world's tree."""
+        """Apply the push of the last step's contacts again, if one is closed, at the present pose of the world's tree.
+
+        It consists of forces and torques on links.
+        """
+        self.push[:] = self.push if self.pressed else 0.0
         if not self.push.any():
             return
         moments = self._rotations @ (self.push[:, None] * self._axes["spin"])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from contactlaw import ContactPair, rebound
+from contactlaw import ContactPair
 from contactlaw.jit import INTERPRETED
 
 mujoco = pytest.importorskip("mujoco")
@@ -59,22 +59,6 @@ def steel_pair(**changes):
 
 def duration(pair, speed=1.0):
     return ContactPair(pair.a, pair.b, pair.friction, pair.restitution, RADIUS).contact_duration(MASS, speed)
-
-
-def impact_error(pair, psi_1, steps_a_contact, heading=0.3, phase=0.5, floor="plane"):
-    """psi_2 in the engine less the law's own."""
-    step = duration(pair) / steps_a_contact
-    spec, _ = ball_on_floor(pair, step, floor)
-    model, data = with_data(spec.compile())
-    along = np.array([np.cos(heading), np.sin(heading), 0.0])
-    scale = pair.kappa / pair.friction
-    data.qpos[2] += phase * step
-    data.qvel[:3] = psi_1 / scale * along - [0, 0, 1]
-    mujoco.mj_step(model, data, int(1.3 * steps_a_contact) + 3)
-    at_contact = data.qvel[:3] + np.cross(data.qvel[3:], [0, 0, -RADIUS])
-    assert data.ncon == 0
-    psi_2 = scale * at_contact @ along
-    return psi_2 - rebound(psi_1, pair.chi(1.0, 1.0 / 3.5), pair.law, pair.restitution)
 
 
 def bounce_of(model):

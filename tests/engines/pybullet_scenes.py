@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
-from contactlaw import MATERIALS, ContactPair, rebound
+from contactlaw import MATERIALS, ContactPair
 
 p = pytest.importorskip("pybullet")
 
@@ -57,14 +56,7 @@ def velocities(client: int, body: int) -> tuple[np.ndarray, np.ndarray]:
     return np.array(velocity), np.array(spin)
 
 
-def run(client: int, callback: Callable[[], None], steps: int) -> None:
-    for _ in range(steps):
-        callback()
-        p.stepSimulation(client)
-
-
 def step(callback: ContactCallback, steps: int = 1) -> None:
-    """The other way: the callback takes the steps."""
     for _ in range(steps):
         callback.step()
 
@@ -86,42 +78,6 @@ def in_contact(
         p.setGravity(0, 0, -gravity, client)
     callback = ContactCallback(client)
     return callback, callback.add_contact(a, b, pair, **settings)
-
-
-def impact(
-    client: int, material: str, psi_1: float, steps: float, *,
-    launch: str = "oblique", angle: float = 0.0, phase: float = 0.0, gyration2: float = 0.4,
-    ground: Callable[[int], int] = plane, law: str = "microslip", ball_first: bool = True,
-    substeps: int = 100, ahead: bool = True,
-) -> tuple[float, float, float]:  # fmt: skip
-    """One impact of a ball or puck on a flat fixed body: errors of psi_2 and of restitution, sideways velocity.
-
-    steps: of the engine per contact, far less than one where the step is long. ahead: the callback foresees the step,
-    else it takes it.
-    """
-    mu, e, speed = CASES[material]
-    mass, pair = 0.5, pair_of(material, law=law)
-    dt = pair_of(material, radius=RADIUS).contact_duration(mass, speed) / steps
-    along = np.array([np.cos(angle), np.sin(angle), 0.0])
-    sliding = psi_1 * mu / pair.kappa * speed
-    if launch == "oblique":
-        velocity, spin = sliding * along - speed * UP, np.zeros(3)
-    else:
-        velocity, spin = -speed * UP, sliding / RADIUS * np.cross(along, UP)
-    floor = ground(client)
-    body = ball(client, [0, 0, RADIUS + phase * dt * speed], velocity, spin, mass=mass, gyration2=gyration2)
-    p.setTimeStep(dt, client)
-    callback = ContactCallback(client)
-    pairing = (body, floor) if ball_first else (floor, body)
-    callback.add_contact(*pairing, pair, substeps=substeps)
-    (run(client, callback, int(2.0 * steps) + 3) if ahead else step(callback, int(2.0 * steps) + 3))
-    velocity, spin = velocities(client, body)
-    contact = velocity - RADIUS * np.cross(spin, UP)
-    psi_2 = pair.kappa / mu * float(contact @ along) / speed
-    chi = pair.chi(mass, mass / (1.0 + 1.0 / gyration2))
-    p.resetSimulation(client)
-    error = psi_2 - float(rebound(psi_1, chi, law, e))
-    return error, velocity[2] / speed - e, float(contact @ np.cross(UP, along))
 
 
 def paddle(client: int, base_mass: float = 0.0) -> int:
@@ -146,15 +102,3 @@ def ball_on_plane(
     """A steel ball over a plane under gravity: body, callback, handle."""
     floor, body = plane(client), ball(client, place, velocity)
     return body, *in_contact(client, body, floor, pair_of(**changes), dt=dt, gravity=9.81)
-
-
-def totals(client: int, bodies: dict[int, tuple[float, float]]) -> tuple[np.ndarray, np.ndarray, float]:
-    """Momentum, angular momentum and energy of balls; bodies: mass and radius of each."""
-    momentum, angular, energy = np.zeros(3), np.zeros(3), 0.0
-    for body, (m, r) in bodies.items():
-        velocity, spin = velocities(client, body)
-        place = np.array(p.getBasePositionAndOrientation(body, client)[0])
-        momentum += m * velocity
-        angular += m * np.cross(place, velocity) + 0.4 * m * r * r * spin
-        energy += float(0.5 * m * velocity @ velocity + 0.2 * m * r * r * spin @ spin)
-    return momentum, angular, energy

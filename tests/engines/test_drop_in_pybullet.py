@@ -27,8 +27,7 @@ def callback(client):
 
 def run(callback, client, steps):
     for _ in range(steps):
-        callback()
-        p.stepSimulation(client)
+        callback.step()
 
 
 def test_links_are_chosen_by_name_and_pattern(client, floor):

@@ -8,7 +8,7 @@ import pytest
 from mujoco_scenes import mujoco, steel_pair, with_data
 
 from contactlaw import MATERIALS, ContactPair, ContactWarning
-from contactlaw.mujoco_plugin import contacts_of, instances_of, load_model, model_xml, overlaps_of, relax
+from contactlaw.mujoco_plugin import contacts_of, instances_of, load_model, model_xml, overlaps_of
 
 STEEL, RUBBER = MATERIALS["steel"], MATERIALS["rubber"]
 SOFT, HARD = ContactPair(STEEL, STEEL, 0.8, 0.5), steel_pair()
@@ -193,30 +193,6 @@ def test_overlaps_at_the_start_are_said_with_their_geoms():
         load_model(START, [("*", "*", SOFT)], overlaps="kep")
 
 
-SLIDE = '<joint type="slide" axis="1 0 0"/>'
-GRIPPER = f"""<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/>
-<body name="palm" pos="0 0 .3"><geom name="palm" type="box" size=".05 .02 .02"/></body>
-<body name="finger" pos="0 0 .27">{SLIDE}<geom name="finger" type="box" size=".01 .01 .03" mass=".1"/></body>
-<body pos=".5 0 .1"><freejoint/><geom name="box" type="box" size=".05 .05 .05"/></body></worldbody></mujoco>"""
-
-
-def test_parts_that_are_built_into_each_other_may_be_excluded():
-    """A finger slides in its palm as if that were not there, and the floor holds what falls; one that is free is not
-    part of the mechanism."""
-    with pytest.warns(ContactWarning, match="built into each other: 'palm' and 'finger' by .* mm; their bodies do not"):
-        model = load_model(GRIPPER, [("*", "*", SOFT)], overlaps="exclude")
-    data = mujoco.MjData(model)
-    data.qvel[0] = 0.1
-    mujoco.mj_step(model, data, 250)
-    assert data.qpos[0] == pytest.approx(0.05, rel=1e-9)
-    assert data.qpos[3] > 0.045
-    with pytest.warns(ContactWarning, match="geoms overlap in the initial .* they count as just touching"):
-        assert load_model(GRIPPER, [("*", "*", SOFT)]).nexclude == 0
-    free = GRIPPER.replace(SLIDE, "<freejoint/>")
-    with pytest.warns(ContactWarning, match="geoms overlap"):
-        assert load_model(free, [("*", "*", SOFT)], overlaps="exclude").nexclude == 0
-
-
 HULLS = """<mujoco><option timestep=".002" gravity="0 0 0"/><asset>
 <mesh name="palm" vertex="-.1 -.1 -.1 .1 -.1 -.1 -.1 .1 -.1 .1 .1 -.1 -.1 -.1 .1 .1 -.1 .1 -.1 .1 .1 .1 .1 .1"/>
 <mesh name="finger" vertex="-.03 -.01 -.01 .03 -.01 -.02 -.03 .02 -.01 .03 .01 -.01 -.03 -.01 .02 .04 -.01 .01 -.03 .01 .01"/>
@@ -369,14 +345,3 @@ def test_a_damper_along_what_joints_hold_gives_no_energy():
             mujoco.mj_step(model, data)
             most = max(most, 0.5 * 1.04 * data.qvel[0] ** 2)
         assert most < stored < 1e4
-
-
-def test_relax_moves_things_apart_until_they_touch():
-    model, data = with_data(load_model(START, [("*", "*", SOFT)], overlaps="keep"))
-    before = data.qpos.copy()
-    assert relax(model, data) <= 1e-6
-    assert all(depth <= 1e-6 for *_, depth in overlaps_of(model, data))
-    moved = np.abs(data.qpos - before)
-    assert 0.01 < moved.max() < 0.1, "no further than they lay in each other"
-    mujoco.mj_step(model, data, 50)
-    assert np.abs(data.qvel[2:]).max() < 5.0 and data.qpos[0] < 0.2, "nothing is thrown"

@@ -38,7 +38,7 @@ def test_readouts_of_mujoco_name_what_they_refuse():
     data = mujoco.MjData(model)
     (name,) = plugin.instances_of(model)
     check_odd_arguments(plugin.instances_of, {"model": model})
-    for function in (plugin.contact_wrenches, plugin.overlaps_of, plugin.relax):
+    for function in (plugin.contact_wrenches, plugin.overlaps_of):
         check_odd_arguments(function, {"model": model, "data": data})
     for function in (plugin.contacts_of, plugin.ledger_of):
         check_odd_arguments(function, {"model": model, "data": data, "name": name})

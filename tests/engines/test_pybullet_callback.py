@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from pybullet_scenes import FREE, RADIUS, ball, in_contact, p, pair_of, plane, run, shape, slab, velocities
+from pybullet_scenes import FREE, RADIUS, ball, in_contact, p, pair_of, plane, shape, slab, step, velocities
 
 from contactlaw import ContactWarning
 from contactlaw.pybullet_callback import ContactCallback
@@ -19,7 +19,7 @@ def test_nothing_passes_through_unseen(client: int, height: float) -> None:
     plate = p.createMultiBody(0.0, shape(client, p.GEOM_BOX, halfExtents=[1, 1, 0.001]), physicsClientId=client)
     body = ball(client, [0, 0, height], [0, 0, -50.0])
     callback, _ = in_contact(client, body, plate, pair_of())
-    run(client, callback, 5)
+    step(callback, 5)
     assert velocities(client, body)[0][2] == pytest.approx(50.0 * 0.93, rel=1e-3)
 
 
@@ -28,7 +28,7 @@ def test_step_may_change_during_a_contact(client: int) -> None:
     callback, _ = in_contact(client, body, floor, pair_of())
     for dt in (1e-6, 1e-5, 2e-6, 3e-5, 1e-4, 1e-3):
         p.setTimeStep(dt, client)
-        run(client, callback, 3)
+        step(callback, 3)
     assert velocities(client, body)[0][2] == pytest.approx(0.93, abs=5e-3)
 
 
@@ -99,7 +99,7 @@ def test_capsule_bounces_on_its_end_and_may_lie(client: int, dt: float, upright:
     p.changeDynamics(rod, -1, physicsClientId=client, **FREE)
     p.resetBaseVelocity(rod, [0, 0, -1.0], physicsClientId=client)
     callback, handle = in_contact(client, rod, floor, pair_of(), dt=dt)
-    run(client, callback, 2 + int(6e-4 / dt))
+    step(callback, 2 + int(6e-4 / dt))
     velocity, spin = velocities(client, rod)
     assert velocity[2] == pytest.approx(0.93, abs=1e-3 if upright else 5e-3)
     assert np.abs(spin).max() < (1e-9 if upright else 2e-3)
@@ -110,13 +110,13 @@ def test_a_box_s_edge_without_a_radius_is_warned_of_once(client: int) -> None:
     target, body = slab(client), ball(client, [1.0 + 0.707 * RADIUS, 0, 0.707 * RADIUS])
     callback, handle = in_contact(client, body, target, pair_of(), dt=1e-7)
     with pytest.warns(ContactWarning, match=rf"body {body} and body {target}: touching at the edge of a box"):
-        callback()
+        callback.step()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        run(client, callback, 3)
+        step(callback, 3)
         callback.remove_contact(handle)
         callback.add_contact(body, target, pair_of(radius=0.6 * RADIUS))
-        callback()
+        callback.step()
 
 
 def test_a_ball_on_a_capsule_s_side_has_the_radius_of_both(client: int) -> None:
@@ -169,15 +169,15 @@ def test_a_pair_is_added_once(client: int) -> None:
 def test_a_body_that_has_gone_is_an_error_until_its_contact_goes(client: int) -> None:
     floor, body = plane(client), ball(client, [0, 0, 1.0])
     callback, handle = in_contact(client, body, floor, pair_of())
-    callback()
+    callback.step()
     p.removeBody(body, client)
     with pytest.raises(ValueError, match=f"body {body}: removed"):
-        callback()
+        callback.step()
     assert ball(client, [0, 0, RADIUS - 1e-6]) == body  # PyBullet gives the id away again
     with pytest.raises(ValueError, match=f"body {body}: removed, or no longer the one"):
-        callback()
+        callback.step()
     callback.remove_contact(handle)
-    callback()
+    callback.step()
 
 
 def test_contacts_may_go_after_their_bodies(client: int) -> None:
@@ -185,18 +185,18 @@ def test_contacts_may_go_after_their_bodies(client: int) -> None:
     callback, _ = in_contact(client, [body, other], [body, other], pair_of())
     handle = callback.add_contact(body, floor, pair_of())
     kept = callback.add_contact(other, floor, pair_of())
-    run(client, callback, 1)
+    step(callback)
     assert callback.state(kept).touching
     p.removeBody(body, client)
     callback.remove_contact(0)
     assert callback.state(kept).touching
     with pytest.raises(ValueError, match=f"body {body}: removed"):
-        callback()
+        callback.step()
     callback.remove_contact(handle)
-    run(client, callback, 1)
+    step(callback)
     assert velocities(client, other)[0][2] == pytest.approx(0.93, abs=1e-3)
     callback.remove_all()
-    callback()
+    callback.step()
 
 
 def test_clean_bodies_raise_no_warning(client: int) -> None:
@@ -204,7 +204,7 @@ def test_clean_bodies_raise_no_warning(client: int) -> None:
     callback, _ = in_contact(client, body, floor, pair_of(), dt=1e-6, gravity=9.81)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        run(client, callback, 300)
+        step(callback, 300)
 
 
 def test_deep_overlap_is_warned_of_once(client: int) -> None:
@@ -212,9 +212,9 @@ def test_deep_overlap_is_warned_of_once(client: int) -> None:
     callback, _ = in_contact(client, body, floor, pair_of("rubber"))
 
     def fall_twice() -> None:
-        run(client, callback, 3)
+        step(callback, 3)
         p.resetBaseVelocity(body, [0, 0, -90.0], [0, 0, 0], client)
-        run(client, callback, 10)
+        step(callback, 10)
 
     with pytest.warns(ContactWarning, match=f"body {body} and body {floor}: overlap over radius is") as caught:
         fall_twice()
@@ -228,7 +228,7 @@ def test_what_is_not_finite_is_refused_by_name(client: int, place: str) -> None:
     bad = body if place == "ball" else floor
     p.resetBaseVelocity(bad, [np.nan, 0, 0], [0, 0, 0], client)
     with pytest.raises(ValueError, match=f"body {bad}: .* not finite"):
-        callback()
+        callback.step()
     assert not callback.state(handle).touching
 
 
@@ -242,7 +242,7 @@ def test_removing_a_contact_restores_the_native_response(client: int) -> None:
     p.resetBasePositionAndOrientation(body, [0, 0, RADIUS], [0, 0, 0, 1], client)
     p.resetBaseVelocity(body, [0, 0, 0], [0, 0, 0], client)
     callback.remove_contact(handle)
-    run(client, callback, 60)
+    step(callback, 60)
     assert p.getBasePositionAndOrientation(body, client)[0][2] == pytest.approx(RADIUS, abs=1e-3)
     with pytest.raises(ValueError, match="handle = 0"):
         callback.state(handle)
@@ -252,7 +252,7 @@ def test_ledgers_go_on_where_contacts_are_added_and_removed(client: int) -> None
     floor, bodies = plane(client), [ball(client, [x, 0, RADIUS + 1e-3], [0, 0, -1.0]) for x in (0, 1)]
     callback, kept = in_contact(client, bodies[0], floor, pair_of())
     other = callback.add_contact(bodies[1], floor, pair_of())
-    run(client, callback, 3)
+    step(callback, 3)
     callback.remove_contact(other)
     ledger, pair = callback.ledger(kept), pair_of(radius=RADIUS)
     assert ledger.impacts == 1
@@ -262,7 +262,7 @@ def test_ledgers_go_on_where_contacts_are_added_and_removed(client: int) -> None
     assert ledger.normal_work == pytest.approx(0.25 * (1 - 0.93**2), rel=0.02)
     assert ledger.tangential_work == 0.0
     callback.add_contact(bodies[1], floor, pair_of())
-    run(client, callback, 1)
+    step(callback)
     assert callback.ledger(kept) == ledger
 
 
@@ -270,7 +270,7 @@ def test_masses_are_those_at_the_touch(client: int) -> None:
     floor, body = plane(client), ball(client, [0, 0, RADIUS + 1e-3], [0, 0, -1.0])
     callback, handle = in_contact(client, body, floor, pair_of())
     p.changeDynamics(body, -1, mass=2.0, localInertiaDiagonal=[0.8 * RADIUS**2] * 3, physicsClientId=client)
-    run(client, callback, 1)
+    step(callback)
     assert callback.state(handle).impulse[2] == pytest.approx(2.0 * 1.93, rel=1e-3)
-    run(client, callback, 2)
+    step(callback, 2)
     assert velocities(client, body)[0][2] == pytest.approx(0.93, abs=1e-3)

@@ -3,30 +3,22 @@
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Callable
 from types import ModuleType
 
 import numpy as np
 import pytest
-from pybullet_scenes import FREE, RADIUS, ball, in_contact, p, paddle, pair_of, plane, run, shape, velocities
+from pybullet_scenes import FREE, RADIUS, ball, in_contact, p, paddle, pair_of, plane, shape, step, velocities
 
 from contactlaw import ContactWarning
 from contactlaw.pybullet_callback import ContactCallback
-
-BY_BOTH = pytest.mark.parametrize("ahead", [True, False], ids=["call", "step"])
-
-
-def go(client: int, callback: ContactCallback, ahead: bool, steps: int = 1) -> None:
-    for _ in range(steps):
-        (run(client, callback, 1) if ahead else callback.step())
 
 
 def resting(client: int) -> tuple[int, ContactCallback, int]:
     """A ball at rest on a plane."""
     floor, body = plane(client), ball(client, [0, 0, RADIUS])
     callback, handle = in_contact(client, body, floor, pair_of(restitution=0.5), gravity=9.81)
-    go(client, callback, False, 60)
+    step(callback, 60)
     assert velocities(client, body)[0][2] == 0.0
     return body, callback, handle
 
@@ -36,70 +28,69 @@ def everything(client: int) -> list:
     return [(p.getBasePositionAndOrientation(b, client), p.getBaseVelocity(b, client)) for b in bodies]
 
 
-@BY_BOTH
-def test_reset_simulation_is_noticed_though_there_are_as_many_bodies(client: int, ahead: bool) -> None:
+def test_reset_simulation_is_noticed_though_there_are_as_many_bodies(client: int) -> None:
     body, callback, _ = resting(client)
     p.resetSimulation(physicsClientId=client)
     with pytest.raises(ValueError, match=r"body 0: removed.*resetSimulation"):
-        callback()
+        callback.step()
     p.setGravity(0, 0, -9.81, client)
     floor, body = plane(client), ball(client, [0, 0, RADIUS + 1e-3], [0, 0, -1.0])
     with pytest.raises(ValueError, match=r"body 0: removed.*resetSimulation"):
-        go(client, callback, ahead)
+        step(callback)
     callback.remove_all()
     callback.add_contact(body, floor, pair_of(restitution=1.0))
-    go(client, callback, ahead)
+    step(callback)
     assert velocities(client, body)[0][2] == pytest.approx(1.0, abs=1e-3)
 
 
-@BY_BOTH
-def test_reset_simulation_is_noticed_though_all_bodies_are_where_they_were(client: int, ahead: bool) -> None:
+def test_reset_simulation_is_noticed_though_all_bodies_are_where_they_were(client: int) -> None:
     body, callback, _ = resting(client)
     place = p.getBasePositionAndOrientation(body, client)[0]
     p.resetSimulation(physicsClientId=client)
     p.setGravity(0, 0, -9.81, client)
     assert plane(client) + 1 == ball(client, list(place)) == body
     with pytest.raises(ValueError, match=r"body 0: removed.*resetSimulation"):
-        go(client, callback, ahead)
+        step(callback)
 
 
-@BY_BOTH
 @pytest.mark.parametrize("depth", [0.04, 0.2, 2.0])
 @pytest.mark.parametrize("rests", [True, False], ids=["at rest", "in flight"])
-def test_a_ball_that_is_put_into_the_floor_is_not_thrown(client: int, ahead: bool, rests: bool, depth: float) -> None:
+def test_a_ball_that_is_put_into_the_floor_is_not_thrown(client: int, rests: bool, depth: float) -> None:
     body, callback, _ = resting(client)
     if not rests:
         p.resetBasePositionAndOrientation(body, [0, 0, 1.0], [0, 0, 0, 1], client)
-        go(client, callback, ahead, 5)
+        step(callback, 5)
     p.resetBasePositionAndOrientation(body, [0, 0, (1.0 - depth) * RADIUS], [0, 0, 0, 1], client)
     text = f"body {body} and body 0: found in each other by {depth:.2g} of the radius: that depth counts as none"
     with pytest.warns(ContactWarning, match=text):
-        go(client, callback, ahead)
+        step(callback)
     for _ in range(100):
-        go(client, callback, ahead)
+        step(callback)
         height = p.getBasePositionAndOrientation(body, client)[0][2]
         assert height == pytest.approx((1.0 - depth) * RADIUS, abs=1e-5)
 
 
-@pytest.mark.parametrize("then", ["call", "step"])
-def test_a_callback_called_twice_is_an_error(client: int, then: str) -> None:
+def test_a_call_takes_the_next_step_and_no_other(client: int) -> None:
+    """And a second call before that is an error, unless the contacts or the state have been set since."""
     floor, body = plane(client), ball(client, [0, 0, RADIUS + 1e-3], [0, 0, -1.0])
-    callback, _ = in_contact(client, body, floor, pair_of())
+    callback, handle = in_contact(client, body, floor, pair_of())
     callback()
-    with pytest.raises(ValueError, match=f"called again before stepSimulation: body {body} moves"):
-        callback() if then == "call" else callback.step()
+    other = p.connect(p.DIRECT)
+    p.stepSimulation(other)
+    p.disconnect(other)
+    for again in (callback, ContactCallback(client)):
+        with pytest.raises(ValueError, match=f"client {client}: called again before stepSimulation"):
+            again()
     p.stepSimulation(client)
     assert velocities(client, body)[0][2] == pytest.approx(0.93, abs=1e-3)
-    run(client, callback, 2)
-
-
-def test_a_callback_called_twice_is_an_error_for_joints(client: int) -> None:
-    arm, body = paddle(client), ball(client, [0.4, 0, 2.0 * RADIUS + 1.0])
-    p.resetJointState(arm, 0, 0.0, 3.0, client)
-    callback, _ = in_contact(client, arm, body, pair_of(), link_a=0)
-    callback()
-    with pytest.raises(ValueError, match=f"called again before stepSimulation: body {arm} moves"):
+    for forget in (lambda: callback.restore(callback.save()), lambda: callback.remove_contact(handle)):
         callback()
+        forget()
+        callback()
+        p.stepSimulation(client)
+    p.resetBasePositionAndOrientation(body, [0, 0, 1.0], [0, 0, 0, 1], client)
+    p.stepSimulation(client)
+    assert callback.save().handles == ()
 
 
 def test_two_callbacks_do_not_share_a_pair(client: int) -> None:
@@ -113,22 +104,20 @@ def test_two_callbacks_do_not_share_a_pair(client: int) -> None:
     second.add_contact(floor, body, pair_of())
 
 
-@BY_BOTH
 @pytest.mark.parametrize("factor", [0.1, 10.0])
-def test_a_mass_changed_at_rest_is_carried(client: int, ahead: bool, factor: float) -> None:
+def test_a_mass_changed_at_rest_is_carried(client: int, factor: float) -> None:
     body, callback, handle = resting(client)
-    go(client, callback, ahead, 5)
+    step(callback, 5)
     before, mass = callback.state(handle), 0.5 * factor
     p.changeDynamics(body, -1, mass=mass, localInertiaDiagonal=[0.4 * mass * RADIUS**2] * 3, physicsClientId=client)
-    go(client, callback, ahead, 120)
+    step(callback, 120)
     after = callback.state(handle)
     assert after.force[2] == pytest.approx(mass * 9.81, rel=1e-6)
     assert after.overlap == pytest.approx(before.overlap * factor ** (2 / 3), rel=1e-4)
     assert velocities(client, body)[0][2] == pytest.approx(0.0, abs=1e-9)
 
 
-@BY_BOTH
-def test_a_mass_changed_within_an_impact_is_the_one_that_leaves(client: int, ahead: bool) -> None:
+def test_a_mass_changed_within_an_impact_is_the_one_that_leaves(client: int) -> None:
     """In the middle of the compression, at rest there, a ball is made four times as heavy: the spring's energy
     0.5 m v^2 becomes 0.5 (4 m) (v/2)^2."""
     floor, body = plane(client), ball(client, [0, 0, RADIUS], [0, 0, -0.2])
@@ -136,34 +125,32 @@ def test_a_mass_changed_within_an_impact_is_the_one_that_leaves(client: int, ahe
     dt = pair_of(radius=RADIUS, restitution=1.0).contact_duration(0.5, 0.2) / 200
     callback, _ = in_contact(client, body, floor, pair, dt=dt)
     while velocities(client, body)[0][2] < 0.0:
-        go(client, callback, ahead)
+        step(callback)
     p.changeDynamics(body, -1, mass=2.0, localInertiaDiagonal=[0.8 * RADIUS**2] * 3, physicsClientId=client)
-    go(client, callback, ahead, 600)
+    step(callback, 600)
     assert velocities(client, body)[0][2] == pytest.approx(0.1, rel=0.02)
 
 
-@BY_BOTH
-def test_a_mass_changed_in_flight_is_the_one_that_strikes(client: int, ahead: bool) -> None:
+def test_a_mass_changed_in_flight_is_the_one_that_strikes(client: int) -> None:
     body, other = ball(client, [0, 0, 0], [1.0, 0, 0]), ball(client, [0.2, 0, 0])
     callback, _ = in_contact(client, body, other, pair_of(restitution=1.0))
-    go(client, callback, ahead, 5)
+    step(callback, 5)
     p.changeDynamics(other, -1, mass=1.5, localInertiaDiagonal=[0.6 * RADIUS**2] * 3, physicsClientId=client)
-    go(client, callback, ahead, 60)
+    step(callback, 60)
     np.testing.assert_allclose(
         [velocities(client, one)[0][0] for one in (body, other)], [-0.5, 0.5], atol=1e-3
     )  # of masses 1 : 3
 
 
-@BY_BOTH
-def test_a_link_s_mass_changed_in_flight_is_the_one_that_strikes(client: int, ahead: bool) -> None:
+def test_a_link_s_mass_changed_in_flight_is_the_one_that_strikes(client: int) -> None:
     """A paddle's hinge feels I and a ball m at an arm L: by energy and angular momentum the ball leaves at
     v (k - 1)/(k + 1), k = m L^2 / I."""
     arm, mass = paddle(client), 0.5
     body = ball(client, [0.4, 0, 2.0 * RADIUS + 0.1], [0, 0, -1.0], mass=mass)
     callback, _ = in_contact(client, arm, body, pair_of(restitution=1.0, friction=0.0), link_a=0)
-    go(client, callback, ahead, 5)
+    step(callback, 5)
     p.changeDynamics(arm, 0, mass=3.0, localInertiaDiagonal=[1e-3, 2e-2, 3e-2], physicsClientId=client)
-    go(client, callback, ahead, 30)
+    step(callback, 30)
     k = mass * 0.4**2 / (3.0 * 0.2**2 + 2e-2)
     assert velocities(client, body)[0][2] == pytest.approx((1.0 - k) / (1.0 + k), abs=1e-3)
 
@@ -177,7 +164,7 @@ def test_a_step_made_longer_passes_nothing(client: int, beside: bool) -> None:
     callback = ContactCallback(client)
     others = [ball(client, [2.0 * RADIUS + 1e-6, 0, RADIUS + 0.05], [0, 0, -5.0])] if beside else []
     callback.add_contact([body, *others], [body, *others, floor], pair_of(restitution=1.0))
-    go(client, callback, False, 4)
+    step(callback, 4)
     p.setTimeStep(1 / 60, client)
     callback.step()
     assert p.getBasePositionAndOrientation(body, client)[0][2] > RADIUS
@@ -187,7 +174,7 @@ def test_a_step_made_longer_passes_nothing(client: int, beside: bool) -> None:
 def test_a_step_made_longer_while_a_ball_rolls_is_noticed(client: int) -> None:
     body, callback, _ = resting(client)
     p.resetBaseVelocity(body, [1.0, 0, 0], [0, 1.0 / RADIUS, 0], client)
-    go(client, callback, False, 20)
+    step(callback, 20)
     dt = 2.0 * p.getPhysicsEngineParameters(client)["fixedTimeStep"]
     p.setTimeStep(dt, client)
     before = p.getBasePositionAndOrientation(body, client)[0][0]
@@ -204,7 +191,7 @@ def test_gravity_changed_while_all_sleeps_is_noticed(client: int, pull: float) -
     if pull > 0.0:
         assert velocities(client, body)[0][2] > 0.0
     else:
-        go(client, callback, False, 200)
+        step(callback, 200)
         assert callback.state(handle).force[2] == pytest.approx(0.5 * 20.0, rel=1e-6)
 
 
@@ -226,7 +213,7 @@ def test_sets_leave_out_a_link_and_its_parent(client: int) -> None:
     handle = callback.add_contact(sides, sides, pair_of())
     for link in range(3):
         p.setJointMotorControl2(body, link, p.VELOCITY_CONTROL, force=0, physicsClientId=client)
-    go(client, callback, False, 5)
+    step(callback, 5)
     assert callback.states(handle) == []
     assert velocities(client, body)[0].tolist() == [0.0, 0.0, 0.0]
     for link, angle in enumerate((0.0, 2.0, 0.0)):
@@ -237,28 +224,25 @@ def test_sets_leave_out_a_link_and_its_parent(client: int) -> None:
     assert callback.states(handle)
 
 
-@pytest.mark.parametrize("fault", ["not finite", "joints", "gone", "substeps", "again"])
+@pytest.mark.parametrize("fault", ["not finite", "joints", "gone", "substeps"])
 def test_a_call_that_raised_leaves_the_engine_as_it_was(client: int, fault: str) -> None:
     arm, body, other = paddle(client), ball(client, [1.0, 0, RADIUS - 0.999], [0, 0, -1.0]), ball(client, [2.0, 0, 1.0])
     floor = p.createMultiBody(0.0, shape(client, p.GEOM_PLANE), -1, [0, 0, -1.0], physicsClientId=client)
     callback, _ = in_contact(client, [(body, -1), (other, -1), (arm, 0)], floor, pair_of(), gravity=9.81)
-    callback()
-    p.stepSimulation(client)
+    callback.step()
     if fault == "not finite":
         p.resetBaseVelocity(other, [np.nan, 0, 0], physicsClientId=client)
     elif fault == "joints":
         p.resetJointState(arm, 0, np.nan, 0.0, client)
     elif fault == "gone":
         p.removeBody(other, client)
-    elif fault == "substeps":
-        p.setPhysicsEngineParameter(numSubSteps=4, physicsClientId=client)
     else:
-        callback()
+        p.setPhysicsEngineParameter(numSubSteps=4, physicsClientId=client)
     before = repr((everything(client), p.getJointState(arm, 0, client)))
-    name = {"joints": f"body {arm}", "substeps": "numSubSteps", "again": "body"}.get(fault, f"body {other}")
+    name = {"joints": f"body {arm}", "substeps": "numSubSteps"}.get(fault, f"body {other}")
     for _ in range(2):
         with pytest.raises(ValueError, match=name):
-            callback()
+            callback.step()
         assert repr((everything(client), p.getJointState(arm, 0, client))) == before
 
 
@@ -297,63 +281,57 @@ def ways(client: int) -> dict[str, Callable]:
 @pytest.mark.parametrize("way", ["module", "keyword", "bullet client", "by name"])
 def test_an_environment_that_steps_by_itself(client: int, way: str) -> None:
     other = p.connect(p.DIRECT)  # whose steps are left alone
-    native, env = p.stepSimulation, Env(ways(client)[way], client)
+    env = Env(ways(client)[way], client)
     env.reset()
     env_alone = Env(lambda: None, other)
     env_alone.reset()
     callback, _ = in_contact(client, env.ball, env.floor, pair_of())
     with callback.stepping():
-        found = [env.step() for _ in range(10)]
+        found = [[env.step() for _ in range(10)]]
         p.stepSimulation(other)
     assert velocities(other, env_alone.ball)[0][2] == pytest.approx(-9.81 / 240)
-    assert p.stepSimulation is native and sys.modules["stepper"].stepSimulation is native  # type: ignore[attr-defined]
-    env.reset()
-    callback.remove_all()
-    callback.add_contact(env.ball, env.floor, pair_of())
-    same = []
-    for _ in range(10):
-        for _ in range(4):
-            callback.step()
-        same.append((p.getBasePositionAndOrientation(env.ball, client)[0][2], velocities(client, env.ball)[0][2]))
-    assert found == same and max(speed for _, speed in found) > 0.5
+    for take in (callback.step, lambda: (callback(), ways(client)[way]())):  # and so do the two other ways to step
+        env.reset()
+        env.step_bullet = take
+        callback.remove_all()
+        callback.add_contact(env.ball, env.floor, pair_of())
+        found.append([env.step() for _ in range(10)])
+    assert found[0] == found[1] == found[2] and max(speed for _, speed in found[0]) > 0.5
     p.disconnect(other)
 
 
 def test_errors_go_through_the_environment_and_the_step_is_given_back(client: int) -> None:
-    native, env = p.stepSimulation, Env(lambda: p.stepSimulation(client), client)
+    env = Env(lambda: p.stepSimulation(client), client)
     env.reset()
     callback, _ = in_contact(client, env.ball, env.floor, pair_of())
     with callback.stepping():
         env.step()
-        with pytest.raises(ValueError, match="inside `stepping`"):
+        with pytest.raises(ValueError, match="inside a `stepping`"):
             callback()
         with pytest.raises(ValueError, match=f"client {client}: its steps are taken"), callback.stepping():
             raise AssertionError("never here")
     env.reset()
     with pytest.raises(ValueError, match=r"body 0: removed.*resetSimulation"), callback.stepping():
         env.step()
-    assert p.stepSimulation is native
-    env.step()
+    before = velocities(client, env.ball)[0][2]
+    env.step()  # Bullet's own
+    assert velocities(client, env.ball)[0][2] == pytest.approx(before - 4.0 * 9.81 / 240)
 
 
-@BY_BOTH
-@pytest.mark.parametrize("count", [20, 400])
-def test_large_sets_are_taken_from_bullet_as_they_come_near(client: int, count: int, ahead: bool) -> None:
+def test_a_set_is_taken_from_bullet_and_given_back(client: int) -> None:
     """Bullet's own contact, without restitution, never acts on the balls of a row that is hit fast: elastic ones hand
     the velocity on. It acts again when the contact has been removed."""
     own, speed = shape(client, p.GEOM_SPHERE, radius=RADIUS), 30.0  # m/s, 2.5 diameters a step
-    begun = time.process_time()
-    balls = [p.createMultiBody(0.5, own, -1, [0.3 * i, 0, 1.0], physicsClientId=client) for i in range(count)]
+    balls = [p.createMultiBody(0.5, own, -1, [0.3 * i, 0, 1.0], physicsClientId=client) for i in range(20)]
     for body in balls:
         p.changeDynamics(body, -1, localInertiaDiagonal=[0.2 * RADIUS**2] * 3, physicsClientId=client, **FREE)
     p.resetBaseVelocity(balls[3], [speed, 0, 0], physicsClientId=client)
     callback, handle = in_contact(client, balls, balls, pair_of(restitution=1.0, friction=0.0))
-    go(client, callback, ahead, 40)
+    step(callback, 40)
     found = [velocities(client, body)[0][0] for body in balls]
     fastest = int(np.argmax(found))
     assert fastest > 10 and found[fastest] == pytest.approx(speed, rel=1e-3)
     assert sum(abs(one) for one in found) == pytest.approx(speed, rel=2e-3)
-    assert time.process_time() - begun < 20.0
     callback.remove_contact(handle)
     for number, body in enumerate(balls[3:5]):
         p.resetBasePositionAndOrientation(body, [0.06 * number, 5.0, 1.0], [0, 0, 0, 1], client)

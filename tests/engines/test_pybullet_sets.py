@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pybullet_scenes import RADIUS, ball, in_contact, p, pair_of, plane, run, shape, velocities
+from pybullet_scenes import RADIUS, ball, in_contact, p, pair_of, plane, shape, step, velocities
 
 from contactlaw.pybullet_callback import ContactCallback, links_of
 
@@ -22,12 +22,12 @@ def test_restart_within_a_contact_is_exact(client: int, dt: float, before: int) 
     p.setTimeStep(dt, client)
     callback = ContactCallback(client)
     handles = [callback.add_contact(body, floor, pair_of()), callback.add_contact([other], [body, floor], pair_of())]
-    run(client, callback, before)
+    step(callback, before)
     state, saved = p.saveState(client), callback.save()
     forces = [callback.states(handle) for handle in handles]
 
     def end() -> list:
-        run(client, callback, 200)
+        step(callback, 200)
         return [(p.getBasePositionAndOrientation(one, client), p.getBaseVelocity(one, client)) for one in (body, other)]
 
     first = end()
@@ -54,7 +54,7 @@ def test_sets_meet_each_pair_once(client: int) -> None:
         callback.state(handle)
     with pytest.raises(ValueError, match="have contact 0 already"):
         callback.add_contact(floor, balls[1], pair_of())
-    run(client, callback, 1)
+    step(callback)
     touching = callback.states(handle)
     assert {(state.a, state.b) for state in touching} == {
         ((body, -1), (ground, -1)) for body in balls for ground in (floor, wall)
@@ -74,7 +74,7 @@ def test_two_contacts_share_an_impact(client: int) -> None:
     ]
     body = ball(client, [0, 0, np.sqrt(2.0) * RADIUS + 2e-3], [0, 0, -1.0])
     callback, _ = in_contact(client, body, walls, pair_of(friction=0.0, restitution=1.0))
-    run(client, callback, 3)
+    step(callback, 3)
     velocity, spin = velocities(client, body)
     np.testing.assert_allclose(velocity, [0, 0, 1.0], atol=1e-3)
     np.testing.assert_allclose(spin, 0.0, atol=1e-9)
@@ -97,10 +97,10 @@ def test_pile_in_a_box_comes_to_rest(client: int) -> None:
     balls.append(ball(client, [0.003, 0.004, 0.15], radius=radius, mass=0.26))
     p.setGravity(0, 0, -g, client)
     callback, handle = in_contact(client, balls, [*balls, *room], pair_of(restitution=0.5, friction=0.3), substeps=30)
-    run(client, callback, 600)
+    step(callback, 600)
     carried = []
     for _ in range(50):
-        run(client, callback, 1)
+        step(callback)
         carried.append(sum(state.impulse[2] for state in callback.states(handle) if state.b[0] in room) * 240)
     assert np.mean(carried) == pytest.approx(9 * 0.26 * g, rel=1e-3)
     for body in balls:
@@ -149,7 +149,7 @@ def test_a_ball_on_a_mesh_or_cylinder_is_measured(client: int) -> None:
         for body in (ground, balls[-1]):
             p.changeDynamics(body, -1, collisionMargin=0.0, physicsClientId=client)
         callback.add_contact(balls[-1], ground, pair_of(radius=RADIUS, friction=0.0))
-    run(client, callback, 30)
+    step(callback, 30)
     for body in balls:
         assert velocities(client, body)[0][2] == pytest.approx(0.93, abs=2e-3)
 
@@ -161,7 +161,7 @@ def test_forces_told_are_those_on_a(client: int, ball_first: bool) -> None:
     p.setGravity(0, 0, -9.81, client)
     callback = ContactCallback(client)
     handle = callback.add_contact(*((body, floor) if ball_first else (floor, body)), pair_of(restitution=0.5))
-    run(client, callback, 40)
+    step(callback, 40)
     state, sign = callback.state(handle), 1.0 if ball_first else -1.0
     assert (state.a[0] == body) == ball_first
     weight = 0.5 * 9.81

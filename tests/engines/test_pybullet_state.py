@@ -8,26 +8,19 @@ from pybullet_scenes import (
     FREE,
     RADIUS,
     ball,
-    impact,
     in_contact,
     p,
     pair_of,
     plane,
-    run,
     shape,
     slab,
     step,
     velocities,
 )
 
-from contactlaw.pybullet_callback import ContactCallback
 from contactlaw.world import World
 
 G = 9.81
-
-
-def go(client: int, callback: ContactCallback, ahead: bool, steps: int = 1) -> None:
-    run(client, callback, steps) if ahead else step(callback, steps)
 
 
 def in_world(dt: float, height: float, speed: float, spin: float, steps: int) -> World:
@@ -43,103 +36,37 @@ def in_world(dt: float, height: float, speed: float, spin: float, steps: int) ->
 
 @pytest.mark.parametrize("dt", [1 / 60, 1 / 240, 2e-3, 1e-4])
 @pytest.mark.parametrize("phase", [0.01, 0.4, 0.97])
-@pytest.mark.parametrize("ahead", [True, False])
-def test_after_the_step_of_an_impact_the_state_is_right(client: int, dt: float, phase: float, ahead: bool) -> None:
-    """As a world by itself has it, at every step; the place too where the callback takes the steps."""
+def test_after_the_step_of_an_impact_the_state_is_right(client: int, dt: float, phase: float) -> None:
+    """As a world by itself has it, at every step."""
     speed, spin = 1.0, 30.0
     height = phase * dt * speed
     floor, body = plane(client), ball(client, [0, 0, RADIUS + height], [0.3, 0, -speed], [0, spin, 0])
     callback, handle = in_contact(client, body, floor, pair_of(), dt=dt, gravity=G)
     impacts = 0
     for number in range(1, 9):
-        go(client, callback, ahead)
+        step(callback)
         world = in_world(dt, height, speed, spin, number)
         velocity, turning = velocities(client, body)
         closed = world.contacts["closed"].any()
         np.testing.assert_allclose(velocity, world.velocity[0] + [0, 0, 0 if closed else 0.5 * dt * G], atol=1e-9)
         np.testing.assert_allclose(turning, world.spin[0], atol=1e-7)
-        touching = callback.state(handle).touching
-        impacts += touching
-        if not ahead or not touching:
-            place = p.getBasePositionAndOrientation(body, client)[0]
-            np.testing.assert_allclose(place, world.position[0], atol=1e-10)
+        impacts += callback.state(handle).touching
+        place = p.getBasePositionAndOrientation(body, client)[0]
+        np.testing.assert_allclose(place, world.position[0], atol=1e-10)
     assert impacts
 
 
-@pytest.mark.parametrize("dt", [1 / 60, 1 / 240, 1e-3, 3e-5, 1e-6])
-@pytest.mark.parametrize("ahead", [True, False])
-@pytest.mark.heavy
-def test_psi_2_does_not_depend_on_the_step(client: int, dt: float, ahead: bool) -> None:
-    steps = pair_of(radius=RADIUS).contact_duration(0.5, 1.0) / dt
-    for number, psi_1 in enumerate((0.5, 1.2, 2.0, 4.0)):
-        for phase in (0.02, 0.33, 0.71):
-            error, bounce, sideways = impact(client, "steel", psi_1, steps, angle=number, phase=phase, ahead=ahead)
-            assert abs(error) < 5e-4
-            assert abs(bounce) < 1e-4
-            assert abs(sideways) < 1e-12
-
-
-@pytest.mark.parametrize("dt", [1 / 60, 1 / 240, 1e-3])
-@pytest.mark.parametrize("ahead", [True, False])
-def test_energy_of_elastic_bounces(client: int, dt: float, ahead: bool) -> None:
-    """Ten seconds, spinning and rough: where the ball flies its energy is that of the start."""
-    floor, body = plane(client), ball(client, [0, 0, RADIUS + 0.2], [0.2, 0, 0], [5, 20, 3])
-    callback, handle = in_contact(client, body, floor, pair_of(restitution=1.0, friction=0.0), dt=dt, gravity=G)
-
-    def energy() -> float:
-        velocity, spin = velocities(client, body)
-        velocity = velocity - [0, 0, 0.5 * dt * G]
-        height = p.getBasePositionAndOrientation(body, client)[0][2] - RADIUS
-        return float(0.25 * velocity @ velocity + 0.1 * RADIUS**2 * spin @ spin + 0.5 * G * height)
-
-    first, seen = energy(), []
-    for _ in range(int(10.0 / dt)):
-        go(client, callback, ahead)
-        if not callback.state(handle).touching:
-            seen.append(energy())
-    assert callback.ledger(handle).impacts > 20
-    np.testing.assert_allclose(seen, first, rtol=2e-4)
-
-
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("ahead", [True, False])
-def test_a_gas_of_elastic_balls_keeps_its_energy(client: int, seed: int, ahead: bool) -> None:
-    rng, half, dt = np.random.default_rng(seed), 0.15, 5e-3
-    walls = [
-        p.createMultiBody(
-            0.0, shape(client, p.GEOM_PLANE, planeNormal=(sign * axis).tolist()), -1, (-sign * half * axis).tolist(),
-            physicsClientId=client,
-        )
-        for axis in np.eye(3) for sign in (1.0, -1.0)
-    ]  # fmt: skip
-    balls = []
-    for corner in 0.5 * half * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]):
-        direction = rng.normal(size=3)
-        balls.append(
-            ball(client, corner + rng.uniform(-4e-3, 4e-3, 3), direction / np.linalg.norm(direction), radius=0.04)
-        )
-    callback, handle = in_contact(client, balls, [*balls, *walls], pair_of(friction=0.0, restitution=1.0), dt=dt)
-    go(client, callback, ahead, 600)
-    while callback.states(handle):
-        go(client, callback, ahead)
-    assert callback.ledger(handle).impacts > 200
-    assert np.mean([velocities(client, body)[0] @ velocities(client, body)[0] for body in balls]) == pytest.approx(
-        1.0, abs=2e-3
-    )
-
-
-@pytest.mark.parametrize("ahead", [True, False])
-def test_what_rests_stands_still_to_the_bit_and_wakes(client: int, ahead: bool) -> None:
+def test_what_rests_stands_still_to_the_bit_and_wakes(client: int) -> None:
     floor, body = plane(client), ball(client, [0.1, 0.2, RADIUS + 0.01])
     callback, _ = in_contact(client, body, floor, pair_of(restitution=0.5), gravity=G)
-    go(client, callback, ahead, 500)
+    step(callback, 500)
     place = p.getBasePositionAndOrientation(body, client)
     for _ in range(100):
-        go(client, callback, ahead)
+        step(callback)
         assert p.getBasePositionAndOrientation(body, client) == place
         assert p.getBaseVelocity(body, client) == ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     p.resetBaseVelocity(body, [0, 0, 1.0], physicsClientId=client)
-    go(client, callback, ahead, 2)
+    step(callback, 2)
     assert p.getBasePositionAndOrientation(body, client)[0][2] > place[0][2] + 5e-3
 
 
@@ -190,8 +117,8 @@ def test_a_place_given_by_the_user_stays(client: int) -> None:
     """Moved right after an impact: nothing that the place lacked is added to it."""
     floor, body = plane(client), ball(client, [0, 0, RADIUS + 1e-3], [0, 0, -1.0])
     callback, _ = in_contact(client, body, floor, pair_of())
-    run(client, callback, 1)
+    step(callback)
     p.resetBasePositionAndOrientation(body, [0, 0, 5.0], [0, 0, 0, 1], client)
     p.resetBaseVelocity(body, [0, 0, 0], [0, 0, 0], client)
-    run(client, callback, 3)
+    step(callback, 3)
     assert p.getBasePositionAndOrientation(body, client)[0][2] == 5.0

@@ -110,7 +110,7 @@ def add(client, moving, ground):
     body = p.createMultiBody(1.0, pybullet_shape(p, client, moving), -1, [0, 0, 0.1], physicsClientId=client)
     callback = ContactCallback(client)
     callback.add_contact(body, place, PAIR)
-    callback()
+    callback.step()
 
 
 IN_PYBULLET = {"plane", "box", "cylinder", "mesh", "capsule", "sphere"}

@@ -80,23 +80,6 @@ def test_what_sleeps_wakes_when_it_is_hit_or_given_a_motion() -> None:
 
 
 @pytest.mark.heavy
-def test_a_ball_on_a_slope_holds_or_slides_as_coulomb_says() -> None:
-    for friction, holds in ((0.6, True), (0.2, False)):  # a sliding ball rolls: 2/7 tan 60 = 0.49
-        tilt = np.array([np.sin(np.pi / 3.0), 0.0, np.cos(np.pi / 3.0)])
-        made = balls(steel_pair(friction, 0.5), [RADIUS * tilt], 0.0, planes=[((0.0, 0.0, 0.0), tilt)], gravity=9.81,
-                     timestep=1e-3)  # fmt: skip
-        made.step(100)
-        slip = made.velocity[0] + np.cross(made.spin[0], -RADIUS * tilt)
-        along = 9.81 * np.sin(np.pi / 3.0) * 0.1
-        speed = np.linalg.norm(made.velocity[0])
-        if holds:
-            assert np.linalg.norm(slip) < 2e-3 * speed
-            assert speed == pytest.approx(5.0 / 7.0 * along, rel=1e-2)
-        else:
-            assert speed == pytest.approx(along - 0.2 * 9.81 * 0.5 * 0.1, rel=1e-2)
-
-
-@pytest.mark.heavy
 def test_saved_in_mid_contact_it_goes_on_to_the_bit() -> None:
     made = balls(steel_pair(restitution=0.9), [[0.0, 0.0, RADIUS + 1e-4]], [0.3, 0.0, -1.0], planes=[FLOOR],
                  timestep=1e-5)  # fmt: skip
