@@ -51,12 +51,20 @@ def plan_window(w, now, step):
             if stays_open(w, p, step, 0.0):
                 p.toi, p.checked = NEVER, -1.0
             else:
-                predict_at(w, p, now)
+                predict_at(w, p, max(flight_start(a), flight_start(b)))
+                if p.toi <= now:
+                    predict_at(w, p, now)
         if p.toi < step:
             first = min(first, p.toi)
     for n in range(w.near_body_count):
         body_at(w.bodies, whole_at(w.near_bodies, n)).changed = 0
     return first, shortest, CROWD_WINDOW * shortest if persistent > w.crowd else shortest
+
+
+@jit_inside
+def flight_start(b):
+    """Return the time of the step [s] since which a body has been in free flight."""
+    return b.time if b.still == 0 else 0.0
 
 
 @jit_inside
@@ -153,7 +161,9 @@ def may_close(w, p, now, until):
     if p.checked != now:
         if stays_open(w, p, until, length * DELTA_V_MARGIN * gained):
             return False
+        toi = p.toi
         predict_at(w, p, now)
+        p.toi = toi
     closing = max(p.closing, 0.0) + DELTA_V_MARGIN * gained
     return not time_to_close(p.gap, closing, max(p.acceleration, 0.0)) > length
 

@@ -61,7 +61,7 @@ from contactlaw.world.implicit.equations import (
     vector_of,
 )
 from contactlaw.world.implicit.newton import add_stiffness, begin_matrix, begin_residual, evaluate_contact
-from contactlaw.world.island import list_members
+from contactlaw.world.island import list_bodies, list_pairs
 from contactlaw.world.sleep import fall_asleep, wake
 from contactlaw.world.trees.kinematics import vector
 from contactlaw.world.window import activate, list_islands
@@ -78,7 +78,8 @@ def take_implicit_steps(w):
     list_islands(w)
     some = False
     for k in range(w.islands):
-        bodies, pairs = list_members(w, whole_at(w.roots, k))
+        root = whole_at(w.roots, k)
+        bodies, pairs = list_bodies(w, root), list_pairs(w, root)
         if is_due(w, bodies) and is_persistent(w, bodies, pairs) and take_step(w, bodies, pairs):
             fall_asleep(w, bodies, pairs)
             some = True
