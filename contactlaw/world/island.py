@@ -108,7 +108,7 @@ def fly_to_touch(w, root, bodies, pairs, t, now, until):
                 if p.toi <= t + soon or (number == 0 and (new or p.toi < until)):
                     predict_once(w, p, t)
                 first = min(first, p.toi)
-                touches = p.toi <= t + soon and p.gap <= TOUCHING * radius_of(w, p)
+                touches = p.toi <= t + soon and p.gap <= TOUCHING * radius_of(w, p, a, b)
                 if touches and begin_contact(w, whole_at(w.island_pairs, i), -p.gap):
                     closed = True
             else:
@@ -292,10 +292,10 @@ def measure_open_pair(w, k, reach, span, few):
         overlap, n, arm_a, arm_b = meet_half_space(w, p, a, b)
         if overlap > -reach:
             overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
-        gap, p.closing = -overlap, closing_at(a, arm_a, b, arm_b, n)
-        p.acceleration = norm(sub(acceleration_of(a), acceleration_of(b)))
-        if 0.0 <= gap < LOOKAHEAD * span[1] * p.closing:
-            own = touch_duration(w, p) / substeps_per_impact(w, p, few)
+        gap, closing = -overlap, closing_at(a, arm_a, b, arm_b, n)
+        if 0.0 <= gap < LOOKAHEAD * span[1] * closing:
+            p.closing, p.acceleration = closing, norm(sub(acceleration_of(a), acceleration_of(b)))
+            own = touch_duration(w, p, a, b) / substeps_per_impact(w, p, few)
             needed = own if own < LEAST_CHANGE * span[1] else NEVER
     p.gap = gap
     p.path_limit = gap + a.path + b.path
@@ -336,7 +336,7 @@ def substep_length(w, pairs, t):
                 predict_once(w, p, t)
                 p.path_limit = p.gap + a.path + b.path
                 if time_to_close(max(p.gap, 0.0), p.closing, max(p.acceleration, 0.0)) < soon:
-                    h = min(h, touch_duration(w, p) / substeps_per_impact(w, p, few))
+                    h = min(h, touch_duration(w, p, a, b) / substeps_per_impact(w, p, few))
     return h
 
 

@@ -24,6 +24,7 @@ from contactlaw.world.near.time_of_impact import predict
 
 DELTA_V_MARGIN = 1.5  # margin on the change of velocity by impacts, over that of an elastic impact of free bodies
 CROWD_WINDOW = 8.0  # durations of the shortest impact in a window where more than `WORLD.crowd` contacts persist
+EARLY = 0.1  # durations of the impact: a window may begin so long before a touch; the first substep begins at that
 GROWTH = 1.1  # a bound on a change of velocity that has grown by a smaller factor is not passed on
 FAR = 40.0  # margins: a body that can travel so far in a window reaches every near body, as these are within four
 
@@ -74,7 +75,13 @@ def predict_at(w, p, now):
     A copy of a free body is moved there if the body is behind in time. Its own flight stays in one piece, so that
     its rounding does not depend on which pairs are predicted.
     """
-    predict(w, p, flown_to(w, p.body_a, now, 0), flown_to(w, p.body_b, now, 1), now, w.step - now)
+    predict_between(w, p, flown_to(w, p.body_a, now, 0), flown_to(w, p.body_b, now, 1), now)
+
+
+@jit_inside
+def predict_between(w, p, a, b, now):
+    """Predict the time of impact of an open pair whose bodies, or copies of them, are at a time of the step [s]."""
+    predict(w, p, a, b, now, w.step - now)
     raise_listed_gap(w, p, now)
 
 
@@ -90,19 +97,22 @@ def flown_to(w, i, now, place):
 
 @jit_inside
 def shortest_new_impact(w, now):
-    """Return whether any impact may begin now, and the duration [s] of the shortest of them.
+    """Return whether any impact is about to begin, and the duration [s] of the shortest of them.
 
-    Pairs of which the time of impact was a bound for all parts of two shapes are predicted anew.
+    Times of impact are lower bounds: pairs of which it has come are predicted anew. Most are not about to touch. Then
+    no window begins and no flight is cut, so that rounding does not depend on how often a pair is looked at.
     """
     touching, shortest = False, NEVER
     for k in range(w.nears):
         p = near_at(w.near, k)
         still = body_at(w.bodies, p.body_a).still != 0 and body_at(w.bodies, p.body_b).still != 0
         if p.closed == 0 and p.toi <= now and not still:
-            if p.bounded != 0:
-                predict_at(w, p, now)
-            if p.toi <= now:
-                touching, shortest = True, min(shortest, touch_duration(w, p))
+            a, b = flown_to(w, p.body_a, now, 0), flown_to(w, p.body_b, now, 1)
+            predict_between(w, p, a, b, now)
+            if p.toi < NEVER:
+                duration = touch_duration(w, p, a, b)
+                if p.toi - now <= EARLY * duration:
+                    touching, shortest = True, min(shortest, duration)
     return touching, shortest
 
 

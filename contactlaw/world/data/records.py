@@ -206,7 +206,6 @@ NEAR = record(
     slot="i8",  # of its contact, if that is closed or has been in this step; else -1
     closed="i8", active="i8", link="i8",  # 1: taken into an island in this window; next pair of the island
     coasts="i8",  # 1: its contact coasts, see `contacts.coasting`
-    bounded="i8",  # 1: its time of impact is that of its guard, a bound for all parts of two shapes
     toi="f8",  # time of impact, a lower bound [s]
     path_limit="f8",  # [m] sum of both bodies' `path` at which it can close, in a run of substeps
     checked="f8",  # time [s] at which its gap was last found; -1: not in this step; or MEASURED, BOUNDED

@@ -63,8 +63,7 @@ def predict(w, p, a, b, now, left):
     """
     sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
     p.checked = now
-    p.bounded = 1 if cores_stay_apart(w, p, a, b, left) else 0
-    if p.bounded != 0:
+    if cores_stay_apart(w, p, a, b, left):
         return
     overlap, n, arm_a, arm_b = meet_half_space(w, p, a, b)
     if overlap > -CLEAR_HEIGHT * sa.radius:
