@@ -105,10 +105,10 @@ def fly_to_touch(w, root, bodies, pairs, t, now, until):
                 a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
                 new = t > now or a.changed != 0 or b.changed != 0  # velocities changed; or one body has been woken
                 # in free flight a prediction holds
-                if p.toi <= t + soon or (number == 0 and (new or p.toi < until)):
-                    predict_once(w, p, t)
+                if (p.toi <= t + soon or (number == 0 and (new or p.toi < until))) and p.checked != t:
+                    predict(w, p, t)
                 first = min(first, p.toi)
-                touches = p.toi <= t + soon and p.gap <= TOUCHING * radius_of(w, p, a, b)
+                touches = p.toi <= t + soon and p.gap <= TOUCHING * radius_of(w, p, a, b)[0]
                 if touches and begin_contact(w, whole_at(w.island_pairs, i), -p.gap):
                     closed = True
             else:
@@ -333,7 +333,8 @@ def substep_length(w, pairs, t):
                 h = min(h, MAX_TURN / max(turn_rate(a), turn_rate(b), 1e-9))
             soon = (LOOKAHEAD if is_jointed(a) or is_jointed(b) else 2.0 * BLOCK) * h
             if p.path_limit - a.path - b.path <= soon * greatest_closing(a, b):
-                predict_once(w, p, t)
+                if p.checked != t:
+                    predict(w, p, t)
                 p.path_limit = p.gap + a.path + b.path
                 if time_to_close(max(p.gap, 0.0), p.closing, max(p.acceleration, 0.0)) < soon:
                     h = min(h, touch_duration(w, p, a, b) / substeps_per_impact(w, p, few))
@@ -358,13 +359,6 @@ def substeps_per_impact(w, p, few):
 def is_jointed(b):
     """Return whether joints connect a body to other bodies."""
     return b.tree != 0 and tree_at(b.tree, 0).count > 1
-
-
-@jit_inside
-def predict_once(w, p, t):
-    """Predict the time of impact of an open pair, unless that has been done at this time t [s]."""
-    if p.checked != t:
-        predict(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b), t, w.step - t)
 
 
 @jit_inside

@@ -41,13 +41,10 @@ def impact_duration(k, duration, mass, overlap, closing, push):
 
 @jit_inside
 def radius_of(w, p, a, b):
-    """Return the effective radius [m] of a near pair where its bodies a and b are."""
-    return ellipse_of(w, p, a, b)[0]
+    """Return R [m] of a near pair where its bodies are, and the longer axis, see `geometry.effective_radius`.
 
-
-@jit_inside
-def ellipse_of(w, p, a, b):
-    """Return the effective radius [m] and the longer axis, see `geometry.effective_radius`; circular if R is given."""
+    Contacts of a given radius are circular.
+    """
     own = pair_at(w.pairs, p.pair).radius
     if own > 0.0:
         return own, (0.0, 0.0, 0.0)
@@ -63,7 +60,7 @@ def touch_duration(w, p, a, b):
     push = max(p.acceleration, 0.0)
     closing = sqrt(max(p.closing, 0.0) ** 2 + 2.0 * push * max(p.gap, 0.0))
     law = law_of(w, pair_at(w.pairs, p.pair))
-    k = 4.0 / 3.0 * law.e_star * sqrt(radius_of(w, p, a, b))
+    k = 4.0 / 3.0 * law.e_star * sqrt(radius_of(w, p, a, b)[0])
     return impact_duration(k, law.duration, mass, max(-p.gap, 0.0), closing, push)
 
 

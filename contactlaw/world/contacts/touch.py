@@ -15,7 +15,7 @@ from contactlaw.world.bodies.motion import kick, moved_at, velocity_at
 from contactlaw.world.bodies.prescribed import JUMP
 from contactlaw.world.contacts import force
 from contactlaw.world.contacts.ends import damped_end, elastic_end
-from contactlaw.world.contacts.pace import MASS_TURN, ellipse_of, update_masses
+from contactlaw.world.contacts.pace import MASS_TURN, radius_of, update_masses
 from contactlaw.world.contacts.rolling import moment_of, update_rolled
 from contactlaw.world.data.access import (
     body_at,
@@ -74,7 +74,7 @@ def begin_contact(w, k, overlap):
     t = c.touch
     law = law_of(w, pair_at(w.pairs, q.pair))
     a, b = body_at(w.bodies, q.body_a), body_at(w.bodies, q.body_b)
-    radius, along = ellipse_of(w, q, a, b)
+    radius, along = radius_of(w, q, a, b)
     reset(t, law, radius)
     t.mu = friction_of(pair_at(w.pairs, q.pair), shape_at(w.shapes, q.a), shape_at(w.shapes, q.b))
     t.friction = t.mu
