@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import lru_cache
-from math import inf, isfinite, sqrt
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from contactlaw.jit import INTERPRETED, address_of
 from contactlaw.laws import record
+from contactlaw.laws.slip import stuck_stiffness
 
 Array = NDArray[np.float64]
 Impacts = Callable[[Array, Array, Array], object]
@@ -22,9 +23,9 @@ Impacts = Callable[[Array, Array, Array], object]
 PACKAGE = Path(__file__).parents[1]  # folder of the sources that key the cache
 
 
-def stuck_stiffness(contact: Any, law: Any) -> float:
-    """Stuck tangential stiffness 2 G* a [N/m] (Mindlin 1949)."""
-    return 2.0 * contact.g_star * sqrt(contact.radius * contact.overlap)
+def mindlin_stiffness(contact: Any, law: Any) -> float:
+    """Tangential stiffness [N/m] of a contact that sticks everywhere."""
+    return stuck_stiffness(contact)
 
 
 def energy_of_force(contact: Any, law: Any, memory: Any) -> float:
@@ -32,7 +33,7 @@ def energy_of_force(contact: Any, law: Any, memory: Any) -> float:
     if contact.ratio <= 0.0 or contact.overlap <= 0.0:
         return 0.0
     f, g = contact.f / contact.ratio, contact.g / contact.ratio
-    return (f * f + g * g) / (4.0 * contact.g_star * sqrt(contact.radius * contact.overlap))
+    return (f * f + g * g) / (2.0 * stuck_stiffness(contact))
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ class Law:
     linear: ClassVar[bool] = False
     sectors: ClassVar[Any] = False
     force: ClassVar[Callable[..., tuple[float, float]]]
-    stiffness: ClassVar[Callable[..., float]] = staticmethod(stuck_stiffness)
+    stiffness: ClassVar[Callable[..., float]] = staticmethod(mindlin_stiffness)
     energy: ClassVar[Callable[..., float]] = staticmethod(energy_of_force)
 
     def __init_subclass__(cls) -> None:

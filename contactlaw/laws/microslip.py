@@ -32,6 +32,7 @@ from contactlaw.laws.shear_loss import displace_viscous, loads, retardation
 from contactlaw.laws.slip import AT_LIMIT, carried, slides_on, sliding_direction
 
 NODES = 24  # default in engines: psi_2 within 5e-4 at any step; fills SIMD vectors, so hardly slower than 16
+SLIDE_LIMIT = 0, 0  # place in the memory, unused during a slide, of its last limit mu E* [Pa], as mu may change
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,7 @@ class Microslip(Law):
         f, g = pull_u * share, pull_v * share
         implicit = dt == 0.0 and contact.course == LASTING
         if implicit and f * f + g * g >= AT_LIMIT * (contact.friction * contact.elastic) ** 2:
-            contact.state, memory[0, 0] = SLIDING, contact.friction * contact.e_star
+            contact.state, memory[SLIDE_LIMIT] = SLIDING, contact.friction * contact.e_star
         return carried(contact, f, g)
 
     @staticmethod
@@ -171,9 +172,8 @@ def displace(law, memory, s2, overlap, before, gu, gv, cap):
 def keeps_sliding(contact, law, memory, du, dv):
     """Return whether the contact slides on as a whole, or was never sheared; contact.f and contact.g are then set.
 
-    Otherwise the nodes span the contact and, after a slide, hold the tractions of the slide. During a slide the first
-    number of the memory is the limit of its last step, mu E* [Pa], as mu may change. Where it grows, springs of a
-    persistent contact must stretch before they slide on.
+    Otherwise the nodes span the contact and, after a slide, hold the tractions of the slide. Where its limit grows,
+    springs of a persistent contact must stretch before they slide on.
     """
     follow(contact, law, memory)
     if du == 0.0 == dv and (contact.state == OPEN or contact.state == UNSHEARED):
@@ -181,13 +181,13 @@ def keeps_sliding(contact, law, memory, du, dv):
         contact.f, contact.g = 0.0, 0.0
         return True
     limit = contact.friction * contact.e_star
-    stretches = contact.state == SLIDING and contact.course == LASTING and memory[0, 0] < limit
+    stretches = contact.state == SLIDING and contact.course == LASTING and memory[SLIDE_LIMIT] < limit
     if contact.state < SPRUNG and not stretches and slides_on(contact, du, dv, 0.0):
-        memory[0, 0] = limit
+        memory[SLIDE_LIMIT] = limit
         return True
     if contact.state == SLIDING:
         x, y = sliding_direction(contact)
-        mu_e, start = memory[0, 0], max(contact.before, 0.0)
+        mu_e, start = memory[SLIDE_LIMIT], max(contact.before, 0.0)
         s2 = contact.scale * contact.scale / contact.radius
         for i in range(law.w.size):
             cap = mu_e * max(start - s2 * law.x2[i], 0.0)

@@ -45,7 +45,7 @@ import numpy as np
 from contactlaw.jit import jit, jit_inline, jit_of_sums
 from contactlaw.laws.record import SPRUNG
 from contactlaw.laws.slip import carried, slipped_along_mean
-from contactlaw.laws.torsion import FULL, limit_point
+from contactlaw.laws.torsion import FULL, limit_point, stuck_stiffness
 
 RINGS, SECTORS = 10, 4
 NUMBERS = 2 * RINGS * SECTORS  # numbers that a contact stores
@@ -361,7 +361,7 @@ def hand_over(contact, state, memory, modulus):
     """
     count, radius = memory.size // 2, sqrt(contact.radius * max(contact.before, 0.0))
     held = 1.0 / (2.0 * radius * contact.ratio) if radius * contact.ratio > 0.0 else 0.0
-    turned = state.moment / (16.0 / 3.0 * modulus * radius**3) if radius > 0.0 else 0.0
+    turned = state.moment / stuck_stiffness(modulus, radius) if radius > 0.0 else 0.0
     for i in range(count):
         memory[i], memory[count + i] = held * contact.f, held * contact.g
     for i in range(state.twists.size):

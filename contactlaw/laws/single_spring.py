@@ -11,7 +11,7 @@ from contactlaw.jit import jit
 from contactlaw.laws.base import Impacts, Law
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import SLIDING, SPRUNG, record_of
-from contactlaw.laws.slip import carried, held, slides_on, sliding_direction
+from contactlaw.laws.slip import carried, held, slides_on, sliding_direction, stuck_stiffness
 from contactlaw.laws.whole_impacts import impacts
 
 RESCALED = 1.0 / 3.0  # relative loss of a rescaled spring over that of P as the contact shrinks, (da/a)/(dP/P)
@@ -80,4 +80,4 @@ def stiffness_of(contact, law):
     """k_T [N/m] at the present overlap."""
     if law.linear != 0.0:
         return contact.g_star / contact.e_star * contact.stiffness
-    return 2.0 * contact.g_star * sqrt(contact.radius * contact.overlap)
+    return stuck_stiffness(contact)

@@ -20,6 +20,12 @@ AT_LIMIT = 1.0 - STRAIGHT**2
 
 
 @jit
+def stuck_stiffness(contact):
+    """Tangential stiffness 2 G* a [N/m] of a contact that sticks everywhere (Mindlin 1949)."""
+    return 2.0 * contact.g_star * sqrt(contact.radius * contact.overlap)
+
+
+@jit
 def slides_on(contact, du, dv, given_up):
     """Return whether a contact that has slid as a whole since the touch still does; if so, set its force to friction.
 

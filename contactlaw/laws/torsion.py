@@ -121,6 +121,12 @@ def advance(state, contact, pair, law, memory, moved, since, dt):
     return left[1] * contact.mu
 
 
+@jit_inline
+def stuck_stiffness(modulus, radius):
+    """Stiffness 16/3 G_t a^3 [N m/rad] of a contact of radius a [m] that sticks everywhere."""
+    return 16.0 / 3.0 * modulus * radius**3
+
+
 @jit
 def twist(state, contact, modulus, angle, friction):
     """Update the moment of a contact that is twisted by an angle [rad] of A relative to B about the normal.
@@ -133,7 +139,7 @@ def twist(state, contact, modulus, angle, friction):
     follow(state, contact, old)
     if contact.before < 0.0:
         angle *= contact.overlap / (contact.overlap - contact.before)
-    hold = 16.0 / 3.0 * modulus * radius**3
+    hold = stuck_stiffness(modulus, radius)
     cap = FULL * friction * min(contact.force, contact.elastic) * radius
     one = 1.0 / radius
     state.moment = turn_rings(state, state.span * one, old * one, angle, cap / hold) * hold
@@ -278,5 +284,5 @@ def damp(state, contact, modulus, friction, rate, inertia):
     """
     radius = sqrt(contact.radius * contact.overlap)
     limit = FULL * friction * contact.force * radius
-    drag = 2.0 * sqrt(16.0 / 3.0 * modulus * radius**3 * inertia)
+    drag = 2.0 * sqrt(stuck_stiffness(modulus, radius) * inertia)
     state.moment = min(max(state.moment + drag * rate, -limit), limit)

@@ -12,6 +12,7 @@ from contactlaw.laws.record import PAIR_SIZE
 from contactlaw.world.data.records import (
     BODY,
     BOX,
+    COASTING,
     CONTACT,
     CORNER,
     CYLINDER,
@@ -64,8 +65,9 @@ def empty() -> Arrays:
         spare=np.arange(LEAST)[::-1].copy(),
         guards=np.zeros(LEAST, GUARD), near_bodies=whole(1), roots=whole(1), island_bodies=whole(1),
         island_pairs=whole(LEAST), grid=whole(4), saved_bodies=np.zeros(3, BODY), trees=np.zeros(0, TREE),
-        joints=np.zeros(0), rows=np.zeros(LEAST, ROW), saved_contacts=np.zeros(LEAST, CONTACT),
-        saved_memory=np.zeros((LEAST, 0)), equations=np.zeros(room_for(0)), world=np.zeros(1, WORLD),
+        joints=np.zeros(0), rows=np.zeros(LEAST, ROW), coasting=np.zeros(LEAST, COASTING),
+        saved_contacts=np.zeros(LEAST, CONTACT), saved_memory=np.zeros((LEAST, 0)),
+        equations=np.zeros(room_for(0)), world=np.zeros(1, WORLD),
     )  # fmt: skip
     body = made.bodies[0]
     body["quaternion"][0] = 1.0
@@ -190,8 +192,8 @@ def with_room(one: Arrays, owners: Array) -> Arrays:
     return one._replace(
         near=room(NEAR, near), guards=room(GUARD, near if one.shapes["swept"].any() else 1),
         island_pairs=room(np.int64, near), contacts=room(CONTACT, contacts), memory=memory,
-        spare=np.arange(contacts)[::-1].copy(), rows=room(ROW, near), saved_contacts=room(CONTACT, contacts),
-        saved_memory=memory,
+        spare=np.arange(contacts)[::-1].copy(), rows=room(ROW, near), coasting=room(COASTING, contacts),
+        saved_contacts=room(CONTACT, contacts), saved_memory=memory,
     )  # fmt: skip
 
 
@@ -207,7 +209,8 @@ def with_more_room(one: Arrays) -> Arrays:
         near=longer(one.near, one.near.size), guards=longer(one.guards, one.guards.size),
         island_pairs=np.zeros(2 * one.near.size, np.int64),
         contacts=longer(one.contacts, more), memory=longer(one.memory, more), rows=np.zeros(2 * one.near.size, ROW),
-        saved_contacts=np.zeros(2 * more, CONTACT), saved_memory=np.zeros((2 * more, one.memory.shape[1])),
+        coasting=np.zeros(2 * more, COASTING), saved_contacts=np.zeros(2 * more, CONTACT),
+        saved_memory=np.zeros((2 * more, one.memory.shape[1])),
         spare=np.concatenate([new, one.spare[:spares], np.zeros(more - spares, np.int64)]),
     )  # fmt: skip
 

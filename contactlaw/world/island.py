@@ -11,19 +11,19 @@ from math import ceil, floor, nan
 from contactlaw.jit import jit_inline, jit_inside
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.bodies.bounds import time_to_close
-from contactlaw.world.bodies.motion import closing_at, drift, fly, greatest_closing, settle, turn_rate
+from contactlaw.world.bodies.motion import acceleration_of, closing_at, drift, fly, greatest_closing, settle, turn_rate
 from contactlaw.world.contacts.pace import add_square_rate, longest_substep, radius_of, touch_duration
 from contactlaw.world.contacts.touch import TOUCHING, advance, apply_force, begin_contact, end_contact, measure
 from contactlaw.world.data.access import body_at, contact_at, law_of, near_at, pair_at, tree_at
-from contactlaw.world.data.call import address, call_coast, call_start_coasting, call_stop_coasting, ready
-from contactlaw.world.data.demand import COAST, START_COASTING, STOP_COASTING
+from contactlaw.world.data.call import address, call_coast, call_start_coasting, call_stop_coasting, call_watch, ready
+from contactlaw.world.data.demand import COAST, START_COASTING, STOP_COASTING, WATCH
 from contactlaw.world.data.records import NEVER, TWIST_ALWAYS, TWIST_LATER, TWIST_NOW
-from contactlaw.world.data.vec import store
+from contactlaw.world.data.vec import norm, store, sub
 from contactlaw.world.near.guards import gap_bound, meet_half_space, raise_listed_gap
 from contactlaw.world.near.time_of_impact import predict
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.sleep import fall_asleep
-from contactlaw.world.watching import LOOKAHEAD, put_first, update_paths, watch
+from contactlaw.world.watching import LOOKAHEAD, update_paths
 
 BLOCK = 16  # substeps between two reviews of their length
 LEAST_CHANGE = 0.75  # ratio of lengths from which substeps change; equal ones keep the leapfrog's symmetry
@@ -44,12 +44,11 @@ def integrate(w, root, now, until):
 
     If a body is lost, the positions of all bodies of the island become NaN, which engines detect and report.
     """
-    bodies, pairs = list_members(w, root)
-    t = now
+    bodies, t = list_bodies(w, root), now
     while t < until:
-        t = fly_to_touch(w, root, bodies, pairs, t, now, until)
+        t = fly_to_touch(w, root, bodies, list_pairs(w, root), t, now, until)
         if until - t > SHORTEST * (until - now):
-            t = take_substeps(w, root, bodies, pairs, t, now, until)
+            t = take_substeps(w, root, bodies, list_pairs(w, root), t, now, until)
             if is_lost(w, bodies, until - now):
                 for i in range(bodies):
                     b = body_at(w.bodies, whole_at(w.island_bodies, i))
@@ -64,32 +63,38 @@ def integrate(w, root, now, until):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         b.time = until
         b.changed = 1
-    fall_asleep(w, bodies, pairs)
+    fall_asleep(w, bodies, list_pairs(w, root))
 
 
 @jit_inside
-def list_members(w, root):
-    """List the moving bodies and the active pairs of an island in `w`; return how many of each."""
-    bodies, pairs = 0, 0
-    i = root
+def list_bodies(w, root):
+    """List the moving bodies of an island in `w`; return how many."""
+    count, i = 0, root
     while i >= 0:
         if body_at(w.bodies, i).still == 0:
-            set_whole(w.island_bodies, bodies, i)
-            bodies += 1
+            set_whole(w.island_bodies, count, i)
+            count += 1
         i = body_at(w.bodies, i).link
-    k = body_at(w.bodies, root).head
+    return count
+
+
+@jit_inside
+def list_pairs(w, root):
+    """List the active pairs of an island in `w`; return how many."""
+    count, k = 0, body_at(w.bodies, root).head
     while k >= 0:
-        set_whole(w.island_pairs, pairs, k)
-        pairs += 1
+        set_whole(w.island_pairs, count, k)
+        count += 1
         k = near_at(w.near, k).link
-    return bodies, pairs
+    return count
 
 
 @jit_inside
 def fly_to_touch(w, root, bodies, pairs, t, now, until):
     """Fly all bodies together from t [s] until a pair is closed, or to `until`; return that time [s].
 
-    root: first body of the island. now: start of the window [s], for which times of impact are known.
+    root: first body of the island. now: start of the window [s], for which times of impact are known. Of the list of
+    pairs, that of bodies with joints is reduced to those that can touch.
     """
     soon = IMMEDIATE * (until - t)
     for number in range(MAX_ADVANCES):
@@ -100,10 +105,10 @@ def fly_to_touch(w, root, bodies, pairs, t, now, until):
                 a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
                 new = t > now or a.changed != 0 or b.changed != 0  # velocities changed; or one body has been woken
                 # in free flight a prediction holds
-                if p.toi <= t + soon or (number == 0 and (new or p.toi < until)):
-                    predict_once(w, p, t)
+                if (p.toi <= t + soon or (number == 0 and (new or p.toi < until))) and p.checked != t:
+                    predict(w, p, t)
                 first = min(first, p.toi)
-                touches = p.toi <= t + soon and p.gap <= TOUCHING * radius_of(w, p)
+                touches = p.toi <= t + soon and p.gap <= TOUCHING * radius_of(w, p, a, b)[0]
                 if touches and begin_contact(w, whole_at(w.island_pairs, i), -p.gap):
                     closed = True
             else:
@@ -111,10 +116,13 @@ def fly_to_touch(w, root, bodies, pairs, t, now, until):
         if closed:
             return t
         if number == 0 and is_jointed(body_at(w.bodies, root)):
+            left = 0
             for i in range(pairs):
-                p = near_at(w.near, whole_at(w.island_pairs, i))
-                p.soon = 1 if p.toi < until else 0
-            pairs = put_first(w, root)
+                k = whole_at(w.island_pairs, i)
+                if near_at(w.near, k).toi < until:
+                    set_whole(w.island_pairs, left, k)
+                    left += 1
+            pairs = left
         t = min(max(first, t + 1e-6 * soon), until)
         for i in range(bodies):
             fly(body_at(w.bodies, whole_at(w.island_bodies, i)), t)
@@ -179,8 +187,8 @@ def take_substeps(w, root, bodies, pairs, t, now, until):
         if joints or closed > w.crowd:
             w.twists = TWIST_NOW if is_last or since_review % TORSION_EVERY == 0 else TWIST_LATER
         renew = update_paths(w, bodies, max(next_h / h, 1.0)) or renew
-        if renew and coasting == 0:
-            watched, renew = watch(w, root), False
+        if renew and coasting == 0 and ready(w, WATCH):
+            watched, renew = call_watch(address(w, WATCH), w, root), False
         closed, shorter = evaluate_contacts(w, watched, (h, next_h), closed <= w.crowd)
         closed += coasting
         renew, begun = renew or (joints and not begun), True
@@ -284,9 +292,10 @@ def measure_open_pair(w, k, reach, span, few):
         overlap, n, arm_a, arm_b = meet_half_space(w, p, a, b)
         if overlap > -reach:
             overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
-        gap = -overlap
-        if 0.0 <= gap < LOOKAHEAD * span[1] * closing_at(a, arm_a, b, arm_b, n):
-            own = touch_duration(w, p) / substeps_per_impact(w, p, few)
+        gap, closing = -overlap, closing_at(a, arm_a, b, arm_b, n)
+        if 0.0 <= gap < LOOKAHEAD * span[1] * closing:
+            p.closing, p.acceleration = closing, norm(sub(acceleration_of(a), acceleration_of(b)))
+            own = touch_duration(w, p, a, b) / substeps_per_impact(w, p, few)
             needed = own if own < LEAST_CHANGE * span[1] else NEVER
     p.gap = gap
     p.path_limit = gap + a.path + b.path
@@ -324,10 +333,11 @@ def substep_length(w, pairs, t):
                 h = min(h, MAX_TURN / max(turn_rate(a), turn_rate(b), 1e-9))
             soon = (LOOKAHEAD if is_jointed(a) or is_jointed(b) else 2.0 * BLOCK) * h
             if p.path_limit - a.path - b.path <= soon * greatest_closing(a, b):
-                predict_once(w, p, t)
+                if p.checked != t:
+                    predict(w, p, t)
                 p.path_limit = p.gap + a.path + b.path
                 if time_to_close(max(p.gap, 0.0), p.closing, max(p.acceleration, 0.0)) < soon:
-                    h = min(h, touch_duration(w, p) / substeps_per_impact(w, p, few))
+                    h = min(h, touch_duration(w, p, a, b) / substeps_per_impact(w, p, few))
     return h
 
 
@@ -349,13 +359,6 @@ def substeps_per_impact(w, p, few):
 def is_jointed(b):
     """Return whether joints connect a body to other bodies."""
     return b.tree != 0 and tree_at(b.tree, 0).count > 1
-
-
-@jit_inside
-def predict_once(w, p, t):
-    """Predict the time of impact of an open pair, unless that has been done at this time t [s]."""
-    if p.checked != t:
-        predict(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b), t, w.step - t)
 
 
 @jit_inside

@@ -155,7 +155,7 @@ def finish(w, dt):
         if w.stale != 0:
             list_near(w)
         first, shortest, window = plan_window(w, now, dt)
-        if now == 0.0 and LEAST_STEP * shortest <= dt and has_persistent_contact(w) and take_implicit_steps(w):
+        if now == 0.0 and LEAST_STEP * shortest <= dt and take_implicit_steps(w):
             first, shortest, window = plan_window(w, now, dt)
         if shortest == NEVER:
             if first >= dt:
@@ -183,20 +183,17 @@ def finish(w, dt):
 
 @jit_inside
 def take_implicit_steps(w):
-    """Call `implicit.step.take_implicit_steps`; return whether any island has taken one."""
-    return ready(w, IMPLICIT) and call_on_world(address(w, IMPLICIT), w)
+    """Call `implicit.step.take_implicit_steps`; return whether any island has taken one.
 
-
-@jit_inside
-def has_persistent_contact(w):
-    """Return whether a moving body has a contact that cannot part: see `pace.stays_closed`."""
+    Only if a moving body has a contact that cannot part: see `pace.stays_closed`.
+    """
     for k in range(w.nears):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         if p.closed != 0 and (a.still == 0 or b.still == 0):
             c = contact_at(w.contacts, p.slot)
             if stays_closed(c, a, b):
-                return True
+                return ready(w, IMPLICIT) and call_on_world(address(w, IMPLICIT), w)
     return False
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contactlaw.jit import jit_inline, jit_inside
+from contactlaw.jit import jit_inline
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.data.access import body_at, near_at
 from contactlaw.world.data.vec import load, norm
@@ -29,14 +29,13 @@ def update_paths(w, bodies, longer):
     return leaves
 
 
-@jit_inside
 def watch(w, root):
-    """Put the pairs of an island that may close within the next substeps first in its list; return how many these are.
+    """List only those pairs of an island that may close within the next substeps; return how many these are.
 
     The rest need no look while the paths of all bodies stay within those that they are expected to have after WATCHED
     substeps.
     """
-    i, k = root, body_at(w.bodies, root).head
+    i, k, pairs = root, body_at(w.bodies, root).head, 0
     while i >= 0:
         b = body_at(w.bodies, i)
         b.watched_path = b.path + WATCHED * b.next_path
@@ -45,21 +44,8 @@ def watch(w, root):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         path = (a.watched_path if a.still == 0 else 0.0) + (b.watched_path if b.still == 0 else 0.0)
-        p.soon = 1 if p.closed != 0 or path >= p.path_limit else 0
+        if p.closed != 0 or path >= p.path_limit:
+            set_whole(w.island_pairs, pairs, k)
+            pairs += 1
         k = p.link
-    return put_first(w, root)
-
-
-@jit_inside
-def put_first(w, root):
-    """Put the pairs of an island that are `soon` first in its list; return how many. Each part keeps its order."""
-    count, first = 0, 0
-    for soon in (1, 0):
-        k = body_at(w.bodies, root).head
-        while k >= 0:
-            if near_at(w.near, k).soon == soon:
-                set_whole(w.island_pairs, count, k)
-                count += 1
-            k = near_at(w.near, k).link
-        first = count if soon == 1 else first
-    return first
+    return pairs

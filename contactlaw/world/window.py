@@ -16,14 +16,15 @@ from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.bodies.bounds import time_to_close
 from contactlaw.world.bodies.motion import fly, mobility_bound
 from contactlaw.world.contacts.pace import closing_speed, contact_duration, touch_duration
-from contactlaw.world.data.access import body_at, contact_at, near_at, scratch_body, tree_at
+from contactlaw.world.data.access import body_at, contact_at, near_at, tree_at
 from contactlaw.world.data.call import call_with_body
 from contactlaw.world.data.records import NEVER
-from contactlaw.world.near.guards import raise_listed_gap, stays_open
+from contactlaw.world.near.guards import stays_open
 from contactlaw.world.near.time_of_impact import predict
 
 DELTA_V_MARGIN = 1.5  # margin on the change of velocity by impacts, over that of an elastic impact of free bodies
 CROWD_WINDOW = 8.0  # durations of the shortest impact in a window where more than `WORLD.crowd` contacts persist
+EARLY = 0.1  # durations of the impact: a window may begin so long before a touch; the first substep begins at that
 GROWTH = 1.1  # a bound on a change of velocity that has grown by a smaller factor is not passed on
 FAR = 40.0  # margins: a body that can travel so far in a window reaches every near body, as these are within four
 
@@ -40,7 +41,7 @@ def plan_window(w, now, step):
     for k in range(w.nears):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-        if (a.still != 0 and b.still != 0) or a.done != 0 or b.done != 0:
+        if is_left_out(a, b):
             continue
         if p.closed != 0:
             c = contact_at(w.contacts, p.slot)
@@ -51,7 +52,9 @@ def plan_window(w, now, step):
             if stays_open(w, p, step, 0.0):
                 p.toi, p.checked = NEVER, -1.0
             else:
-                predict_at(w, p, now)
+                predict(w, p, max(flight_start(a), flight_start(b)))
+                if p.toi <= now:
+                    predict(w, p, now)
         if p.toi < step:
             first = min(first, p.toi)
     for n in range(w.near_body_count):
@@ -60,41 +63,33 @@ def plan_window(w, now, step):
 
 
 @jit_inside
-def predict_at(w, p, now):
-    """Predict the time of impact of an open pair from the motion at a time of the step [s].
-
-    A copy of a free body is moved there if the body is behind in time. Its own flight stays in one piece, so that
-    its rounding does not depend on which pairs are predicted.
-    """
-    predict(w, p, flown_to(w, p.body_a, now, 0), flown_to(w, p.body_b, now, 1), now, w.step - now)
-    raise_listed_gap(w, p, now)
+def is_left_out(a, b):
+    """Return whether nothing happens to a pair: its bodies stand still, or the step of one of them is over."""
+    return (a.still != 0 and b.still != 0) or a.done != 0 or b.done != 0
 
 
 @jit_inside
-def flown_to(w, i, now, place):
-    """Return body i as it flies to a time [s]; a free body in a scratch copy, number `place`, a tree itself."""
-    b = body_at(w.bodies, i)
-    if b.time != now and b.still == 0 and b.tree == 0:
-        b = scratch_body(w, i, place)
-    fly(b, now)
-    return b
+def flight_start(b):
+    """Return the time of the step [s] since which a body has been in free flight."""
+    return b.time if b.still == 0 else 0.0
 
 
 @jit_inside
 def shortest_new_impact(w, now):
-    """Return whether any impact may begin now, and the duration [s] of the shortest of them.
+    """Return whether any impact is about to begin, and the duration [s] of the shortest of them.
 
-    Pairs of which the time of impact was a bound for all parts of two shapes are predicted anew.
+    Times of impact are lower bounds: pairs of which it has come are predicted anew. Most are not about to touch. Then
+    no window begins and no flight is cut, so that rounding does not depend on how often a pair is looked at.
     """
     touching, shortest = False, NEVER
     for k in range(w.nears):
         p = near_at(w.near, k)
-        still = body_at(w.bodies, p.body_a).still != 0 and body_at(w.bodies, p.body_b).still != 0
-        if p.closed == 0 and p.toi <= now and not still:
-            if p.bounded != 0:
-                predict_at(w, p, now)
-            if p.toi <= now:
-                touching, shortest = True, min(shortest, touch_duration(w, p))
+        if p.closed == 0 and p.toi <= now and not is_left_out(body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)):
+            a, b = predict(w, p, now)
+            if p.toi < NEVER:
+                duration = touch_duration(w, p, a, b)
+                if p.toi - now <= EARLY * duration:
+                    touching, shortest = True, min(shortest, duration)
     return touching, shortest
 
 
@@ -124,7 +119,7 @@ def activate(w, now, until):
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             if first_pass:
                 p.active = 0
-            if (a.still != 0 and b.still != 0) or a.done != 0 or b.done != 0:
+            if is_left_out(a, b):
                 continue
             if p.active != 0:
                 if transmits(a, b):  # else nothing has changed its bound
@@ -153,7 +148,9 @@ def may_close(w, p, now, until):
     if p.checked != now:
         if stays_open(w, p, until, length * DELTA_V_MARGIN * gained):
             return False
-        predict_at(w, p, now)
+        toi = p.toi
+        predict(w, p, now)
+        p.toi = toi  # it does not depend on which windows there were
     closing = max(p.closing, 0.0) + DELTA_V_MARGIN * gained
     return not time_to_close(p.gap, closing, max(p.acceleration, 0.0)) > length
 
@@ -209,17 +206,12 @@ def root_of(w, i):
 
 @jit_inside
 def join(w, i, j):
-    """Join the islands of two bodies; immovable bodies are in none."""
-    if is_immovable(body_at(w.bodies, i)) or is_immovable(body_at(w.bodies, j)):
+    """Join the islands of two bodies; bodies that stand still without sleeping are in none."""
+    a, b = body_at(w.bodies, i), body_at(w.bodies, j)
+    if a.still > a.asleep or b.still > b.asleep:
         return
     i, j = root_of(w, i), root_of(w, j)
     body_at(w.bodies, max(i, j)).island = min(i, j)
-
-
-@jit_inside
-def is_immovable(b):
-    """Return whether nothing moves a body: it is still, and does not sleep."""
-    return b.still != 0 and b.asleep == 0
 
 
 @jit_inside

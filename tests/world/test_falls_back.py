@@ -33,7 +33,7 @@ def fly_a_substep(world, gaps):
     for k in range(w.nears):
         p = near_at(w.near, k)
         set_whole(w.island_pairs, k, k)
-        predict(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b), 0.0, STEP)
+        predict(w, p, 0.0)
         p.path_limit = 0.0
     until = substep_length(w, w.nears, 0.0)
     for i in range(w.body_count):

@@ -13,14 +13,16 @@ from __future__ import annotations
 from math import sqrt
 
 from contactlaw.jit import jit_inside
+from contactlaw.laws import torsion
 from contactlaw.laws.hertz import damping_of, hertz_stiffness
 from contactlaw.laws.record import LASTING, SPRUNG, UNSHEARED
+from contactlaw.laws.slip import stuck_stiffness
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import moved_at
 from contactlaw.world.contacts.force import dashpot_of, has_dashpot, is_quasi_static
 from contactlaw.world.contacts.pace import closing_speed
 from contactlaw.world.contacts.touch import turn_frame
-from contactlaw.world.data.access import BODY_NUMBERS, body_at, contact_at, law_of, near_at, pair_at, row_at
+from contactlaw.world.data.access import BODY_NUMBERS, body_at, coasting_at, contact_at, law_of, near_at, pair_at
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, store, sub
 
@@ -33,17 +35,13 @@ TORSION_PHASE = 0.3  # [rad] of a torsional oscillation for which its moment may
 
 
 def start_coasting(w, pairs, h, count):
-    """Let contacts of an island coast that hardly change in `count` substeps of h [s]; return how many coast now.
-
-    Each has the row of its place in the island's list.
-    """
+    """Let contacts of an island coast that hardly change in `count` substeps of h [s]; return how many coast now."""
     coasting = 0
     for i in range(pairs):
-        k = whole_at(w.island_pairs, i)
-        p = near_at(w.near, k)
+        p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed != 0 and p.coasts == 0 and can_coast(w, p, h * count):
             p.coasts = 1
-            begin_row(w, row_at(w.rows, i), k, h, count)
+            begin_coasting(w, p, h, count)
         coasting += p.coasts
     return coasting
 
@@ -67,9 +65,7 @@ def can_coast(w, p, time):
         return False
     if time > turning_time(c, a, b):
         return False
-    limit, friction = t.friction * t.force, sqrt(t.f * t.f + t.g * t.g)
-    slid = sqrt(c.moved[0] ** 2 + c.moved[1] ** 2) / c.interval * time
-    return friction > FULL * limit or 2.0 * t.g_star * sqrt(t.radius * t.overlap) * slid < CHANGE * limit
+    return sqrt(c.moved[0] ** 2 + c.moved[1] ** 2) / c.interval * time < longest_slide(t)
 
 
 @jit_inside
@@ -87,11 +83,17 @@ def turning_time(c, a, b):
 @jit_inside
 def torsion_time(w, c, a, b):
     """Return the time [s] for which the moment about the normal may be held; NEVER if the contact has not spun."""
-    law, t = law_of(w, pair_at(w.pairs, c.pair)), c.touch
     if c.torsion.span == 0.0:
         return NEVER
-    stiffness = 16.0 / 3.0 * law.g_t * (t.radius * t.overlap) ** 1.5
+    stiffness = torsion.stuck_stiffness(law_of(w, pair_at(w.pairs, c.pair)).g_t, sqrt(c.touch.radius * c.touch.overlap))
     return TORSION_PHASE / sqrt(stiffness * (a.inverse_inertia[0] + b.inverse_inertia[0]))
+
+
+@jit_inside
+def longest_slide(t):
+    """Return the displacement [m] that changes the friction of a stuck contact by CHANGE; NEVER if it slides."""
+    limit = t.friction * t.force
+    return NEVER if t.f * t.f + t.g * t.g > (FULL * limit) ** 2 else CHANGE * limit / stuck_stiffness(t)
 
 
 @jit_inside
@@ -101,12 +103,10 @@ def is_round(b):
 
 
 @jit_inside
-def begin_row(w, r, k, h, count):
-    """Set row r for near pair k, whose contact coasts in substeps of h [s], for `count` of them unless it is steady."""
-    p = near_at(w.near, k)
-    c = contact_at(w.contacts, p.slot)
+def begin_coasting(w, p, h, count):
+    """Set the model of a pair's contact in substeps of h [s]; it holds for `count` of them unless it is steady."""
+    c, r = contact_at(w.contacts, p.slot), coasting_at(w.coasting, p.slot)
     t, n, e = c.touch, load(c.normal), load(c.tangent)
-    r.near, r.slot = k, p.slot
     r.body_a, r.body_b = w.bodies + 8 * BODY_NUMBERS * p.body_a, w.bodies + 8 * BODY_NUMBERS * p.body_b
     a, b = body_at(r.body_a, 0), body_at(r.body_b, 0)
     a.touched, b.touched = 1, 1
@@ -119,7 +119,7 @@ def begin_row(w, r, k, h, count):
     r.least, r.most = LEAST * t.overlap, MOST * t.overlap
     r.stiffness, r.damping = hertz_stiffness(t), damping_of(t)
     r.share = 1.0 / (1.0 + 0.5 * r.damping * h / t.mass)
-    r.spring, r.drag, r.friction = 2.0 * t.g_star * sqrt(t.radius * t.overlap), 0.0, t.friction
+    r.spring, r.drag, r.friction = stuck_stiffness(t), 0.0, t.friction
     r.f, r.g, r.held_f, r.held_g = t.f, t.g, t.f, t.g
     if has_dashpot(c):
         r.drag = dashpot_of(t)
@@ -127,9 +127,7 @@ def begin_row(w, r, k, h, count):
         r.held_g -= r.drag * c.moved[1] / c.interval
     r.moment = c.torsion.moment
     r.longest = min(turning_time(c, a, b), torsion_time(w, c, a, b)) if is_quasi_static(c, 1.0) else h * count
-    r.furthest = CHANGE * t.friction * t.force / r.spring
-    if t.f * t.f + t.g * t.g > (FULL * t.friction * t.force) ** 2:
-        r.furthest = NEVER
+    r.furthest = longest_slide(t)
     store(r.slide, (0.0, 0.0, 0.0))
     store(r.impulse, (0.0, 0.0, 0.0))
     r.turned, r.normal_work, r.friction_work, r.time = 0.0, 0.0, 0.0, 0.0
@@ -143,9 +141,10 @@ def advance_coasting(w, pairs, span):
     h, time = span
     rate, leaves = 1.0 / h, False
     for i in range(pairs):
-        if near_at(w.near, whole_at(w.island_pairs, i)).coasts == 0:
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        if p.coasts == 0:
             continue
-        r = row_at(w.rows, i)
+        r = coasting_at(w.coasting, p.slot)
         a, b = body_at(r.body_a, 0), body_at(r.body_b, 0)
         n, e, s, arm_a, arm_b = load(r.normal), load(r.tangent), load(r.side), load(r.arm_a), load(r.arm_b)
         moved = sub(moved_at(a, arm_a), moved_at(b, arm_b))
@@ -184,16 +183,16 @@ def advance_coasting(w, pairs, span):
 def stop_coasting(w, pairs, every):
     """Stop every coasting contact, or those out of the range of the model; return how many coast on.
 
-    Their rows are written back; this substep advances their laws by the whole displacement.
+    Their models are written back; this substep advances their laws by the whole displacement.
     """
     coasting = 0
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.coasts != 0:
-            r = row_at(w.rows, i)
+            r = coasting_at(w.coasting, p.slot)
             p.coasts = 0 if every or not is_in_range(r) else 1
             if p.coasts == 0:
-                end_row(w, r)
+                end_coasting(contact_at(w.contacts, p.slot), r)
             coasting += p.coasts
     return coasting
 
@@ -206,11 +205,10 @@ def is_in_range(r):
 
 
 @jit_inside
-def end_row(w, r):
-    """Write the row of a coasting contact back."""
+def end_coasting(c, r):
+    """Write the model r of a coasting contact back."""
     if r.time == 0.0:
         return
-    c = contact_at(w.contacts, r.slot)
     t = c.touch
     c.coasted_from = t.overlap
     store(c.coasted, load(r.slide))

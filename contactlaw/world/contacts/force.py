@@ -8,7 +8,7 @@ from contactlaw.jit import jit_inline, jit_inside
 from contactlaw.laws import rolling, speeds, torsion
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import LASTING, OPEN, PAIR_SIZE, SPUN, ask_energy, ask_stiffness
-from contactlaw.laws.slip import AT_LIMIT
+from contactlaw.laws.slip import AT_LIMIT, stuck_stiffness
 from contactlaw.laws.step import ask, press
 from contactlaw.world.bodies.motion import max_inverse_inertia, spin_change
 from contactlaw.world.data.access import (
@@ -185,7 +185,7 @@ def is_quasi_static(c, share):
 @jit_inside
 def dashpot_of(t):
     """Return the coefficient of the tangential dashpot [N s/m]."""
-    return 2.0 * DAMPING * sqrt(2.0 * t.g_star * sqrt(t.radius * t.overlap) * t.tangential_mass)
+    return 2.0 * DAMPING * sqrt(stuck_stiffness(t) * t.tangential_mass)
 
 
 @jit_inside

@@ -40,31 +40,27 @@ def impact_duration(k, duration, mass, overlap, closing, push):
 
 
 @jit_inside
-def radius_of(w, p):
-    """Return the effective radius [m] of a near pair at the present poses of its bodies."""
-    return ellipse_of(w, p)[0]
+def radius_of(w, p, a, b):
+    """Return R [m] of a near pair where its bodies are, and the longer axis, see `geometry.effective_radius`.
 
-
-@jit_inside
-def ellipse_of(w, p):
-    """Return the effective radius [m] and the longer axis, see `geometry.effective_radius`; circular if R is given."""
+    Contacts of a given radius are circular.
+    """
     own = pair_at(w.pairs, p.pair).radius
     if own > 0.0:
         return own, (0.0, 0.0, 0.0)
     sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
-    return effective_radius(sa, body_at(w.bodies, p.body_a), sb, body_at(w.bodies, p.body_b))
+    return effective_radius(sa, a, sb, b)
 
 
 @jit_inside
-def touch_duration(w, p):
-    """Return the duration [s] of the impact that two near shapes are about to have."""
-    a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+def touch_duration(w, p, a, b):
+    """Return the duration [s] of the impact that a near pair is about to have, as predicted with its bodies a and b."""
     _, n, arm_a, arm_b = meet_near(w, p, a, b)
     mass = 1.0 / mobility_between(a, arm_a, b, arm_b, n)
     push = max(p.acceleration, 0.0)
     closing = sqrt(max(p.closing, 0.0) ** 2 + 2.0 * push * max(p.gap, 0.0))
     law = law_of(w, pair_at(w.pairs, p.pair))
-    k = 4.0 / 3.0 * law.e_star * sqrt(radius_of(w, p))
+    k = 4.0 / 3.0 * law.e_star * sqrt(radius_of(w, p, a, b)[0])
     return impact_duration(k, law.duration, mass, max(-p.gap, 0.0), closing, push)
 
 

@@ -15,7 +15,7 @@ from contactlaw.world.bodies.motion import kick, moved_at, velocity_at
 from contactlaw.world.bodies.prescribed import JUMP
 from contactlaw.world.contacts import force
 from contactlaw.world.contacts.ends import damped_end, elastic_end
-from contactlaw.world.contacts.pace import MASS_TURN, ellipse_of, update_masses
+from contactlaw.world.contacts.pace import MASS_TURN, radius_of, update_masses
 from contactlaw.world.contacts.rolling import moment_of, update_rolled
 from contactlaw.world.data.access import (
     body_at,
@@ -43,7 +43,9 @@ from contactlaw.world.shapes.geometry import (
     set_initial_overlap,
 )
 
-SMALL_TURN = 0.01  # [rad] up to which the tangent turns by the first term of the series; it is normalised then
+# [rad] up to which the tangent turns by the first term of the series x, and is normalised by that of a root: its square
+# is then 1 - 3/4 x^4, which `state.UNIT` must allow
+SMALL_TURN = 1e-3
 TOUCHING = 1e-10  # overlap or gap that counts as zero, over the effective radius
 
 
@@ -71,11 +73,11 @@ def begin_contact(w, k, overlap):
     c.touches += 1
     t = c.touch
     law = law_of(w, pair_at(w.pairs, q.pair))
-    radius, along = ellipse_of(w, q)
+    a, b = body_at(w.bodies, q.body_a), body_at(w.bodies, q.body_b)
+    radius, along = radius_of(w, q, a, b)
     reset(t, law, radius)
     t.mu = friction_of(pair_at(w.pairs, q.pair), shape_at(w.shapes, q.a), shape_at(w.shapes, q.b))
     t.friction = t.mu
-    a, b = body_at(w.bodies, q.body_a), body_at(w.bodies, q.body_b)
     _, n, arm_a, arm_b = meet(shape_at(w.shapes, q.a), a, shape_at(w.shapes, q.b), b)
     store(c.normal, n)
     store(c.tangent, tangent(n))

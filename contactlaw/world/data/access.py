@@ -15,24 +15,25 @@ from contactlaw.laws.record import CONTACT_SIZE, PAIR_SIZE
 from contactlaw.laws.record import PAIR as LAW
 from contactlaw.laws.torsion import TORSION
 from contactlaw.memory import doubles_at, element
-from contactlaw.world.data.records import AXIS, BODY, CONTACT, GUARD, JOINT, LINK, NEAR, PAIR, ROW, SHAPE, TREE, WORLD
+from contactlaw.world.data import records
 
 KNOWN_NUMBERS = CONTACT_SIZE + TORSION.itemsize // 8 + 4  # the first fields of a contact, the state of its laws
-BODY_NUMBERS, CONTACT_NUMBERS = BODY.itemsize // 8, CONTACT.itemsize // 8
+BODY_NUMBERS, CONTACT_NUMBERS = records.BODY.itemsize // 8, records.CONTACT.itemsize // 8
 
-body_at: Any = element(BODY)
-shape_at: Any = element(SHAPE)
-pair_at: Any = element(PAIR)
-guard_at: Any = element(GUARD)
-near_at: Any = element(NEAR)
-contact_at: Any = element(CONTACT)
+body_at: Any = element(records.BODY)
+shape_at: Any = element(records.SHAPE)
+pair_at: Any = element(records.PAIR)
+guard_at: Any = element(records.GUARD)
+near_at: Any = element(records.NEAR)
+contact_at: Any = element(records.CONTACT)
 law_at: Any = element(LAW)
-tree_at: Any = element(TREE)
-world_at: Any = element(WORLD)
-link_at: Any = element(LINK)
-joint_at: Any = element(JOINT)
-axis_at: Any = element(AXIS)
-row_at: Any = element(ROW)
+tree_at: Any = element(records.TREE)
+world_at: Any = element(records.WORLD)
+link_at: Any = element(records.LINK)
+joint_at: Any = element(records.JOINT)
+axis_at: Any = element(records.AXIS)
+row_at: Any = element(records.ROW)
+coasting_at: Any = element(records.COASTING)
 
 
 @jit_inside

@@ -18,9 +18,9 @@ import numpy as np
 from contactlaw.jit import address_of, compiling
 
 # Functions that `supply` makes, as places in `TABLE`
-STEP, IMPLICIT, SPIN, ALONG, READ, SLEEP, STOP_COASTING, COAST, START_COASTING, ROLL = range(10)
+STEP, IMPLICIT, SPIN, ALONG, READ, SLEEP, STOP_COASTING, COAST, START_COASTING, ROLL, WATCH = range(11)
 # Further places: `_supply`; whether an exception is pending; Py_AddPendingCall, PyObject_IsTrue and `PENDING_ERROR`
-ASK, PENDING, ADD_CALL, IS_TRUE, ERROR_OBJECT = range(10, 15)
+ASK, PENDING, ADD_CALL, IS_TRUE, ERROR_OBJECT = range(11, 16)
 
 TABLE = np.zeros(ERROR_OBJECT + 1, np.uint64)
 """Addresses; zero: not compiled yet."""
@@ -29,7 +29,7 @@ TABLE = np.zeros(ERROR_OBJECT + 1, np.uint64)
 def supply(what: int) -> int:
     """Compile one of the functions, and those always needed with it, if that is to be done; returns its address."""
     # these modules import this one
-    from contactlaw.world import sleep, state, step
+    from contactlaw.world import sleep, state, step, watching
     from contactlaw.world.contacts import coasting, elliptic, rolling, spinning
     from contactlaw.world.data import call
     from contactlaw.world.implicit import step as implicit_step
@@ -42,6 +42,7 @@ def supply(what: int) -> int:
         ALONG: ("elliptic contacts", 2, [(ALONG, elliptic.advance_elliptic, call.ALONG)]),
         SLEEP: ("bodies that fall asleep", 1, [(SLEEP, sleep.sleep_if_balanced, call.ON_ISLAND)]),
         ROLL: ("rolling resistance", 1, [(ROLL, rolling.advance_rolling, call.ROLLS)]),
+        WATCH: ("", 0, [(WATCH, watching.watch, call.WATCHES)]),
         SPIN: ("contacts that spin", 4, [(SPIN, spinning.advance_spinning, call.SPIN)]),
         START_COASTING: ("contacts that hardly change", 2, [
             (STOP_COASTING, coasting.stop_coasting, call.STOPS_COASTING),

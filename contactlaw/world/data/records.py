@@ -46,13 +46,11 @@ BODY = record(
     momentum=VECTOR,  # angular momentum about the centre of mass [N m s]; kept only if not isotropic
     # inertia
     inverse_mass="f8", inverse_inertia=VECTOR,  # [1/kg], about the principal axes [1/(kg m^2)]; zero: kinematic
-    isotropic="i8",  # 1: the three moments of inertia are equal
-    oriented="i8",  # 1: its axes matter, as it is not isotropic or has a shape off its centre
+    # 1: the three moments of inertia are equal; 1: its axes matter, as they are not or a shape is off its centre
+    isotropic="i8", oriented="i8",
     # loads besides contacts, constant over a step
     acceleration=VECTOR, torque=VECTOR,  # [m/s^2], [N m]
-    # of a tree of joints
-    tree="u8",  # address of its `TREE`; zero: a free body
-    member="i8",  # its number in the tree
+    tree="u8", member="i8",  # address of its `TREE`, zero: a free body; its number in that
     turning=VECTOR,  # angular acceleration [rad/s^2] in a tree; `acceleration` is that of its centre there
     # within a step
     time="f8",  # [s] since the step began, up to which it has been moved
@@ -93,8 +91,7 @@ TREE = record(
     base=VECTOR, base_turn=("f8", (4,)),  # position [m] and quaternion of what carries it, at rest within a step
     hangs_on="i8",  # number of that body
     gravity=VECTOR,  # [m/s^2]
-    # addresses of its numbers
-    q="u8", v="u8", a="u8",  # generalised coordinates, velocities, accelerations
+    q="u8", v="u8", a="u8",  # addresses of its numbers: generalised coordinates, velocities, accelerations
     f="u8", d="u8", v_f="u8",  # generalised force f - D (v - v_f), all constant over a step; D laid out as `factor`
     e="u8",  # inertia by which soft constraints resist acceleration, constant over a step; as `factor`
     x="u8",  # (v_size,), argument and result of these functions
@@ -107,8 +104,7 @@ TREE = record(
     numbers="i8",  # where all these begin in `Arrays.joints`
     # in an implicit step: index of its first unknown; address and row length of its mass matrix; a stage [s]
     unknown="i8", weights="u8", stride="i8", stage="f8",
-    # within a step
-    origin=VECTOR,  # point of the world [m] to which spatial velocities and moments refer
+    origin=VECTOR,  # within a step: point of the world [m] to which spatial velocities and moments refer
     hold="i8",  # substeps for which its mass matrix and accelerations are still held
     held="f8",  # [s] length of these substeps
     stale="i8",  # 1: accelerations and factor do not belong to q and v
@@ -174,9 +170,8 @@ SHAPE = record(
     next="i8",  # next part of a box, cylinder or hull, or of the shape that it is a part of; 0: none
     deepest="u8",  # address of the function that finds the deepest point of a disc
     first="i8",  # of a hull: row in `Arrays.points` of the table of its core, along the principal axes from `at`
-    points="u8",  # address of that table
-    # addresses of functions: `meet` of a hull or an ellipsoid; `radius` of these and cylinders; nearest point of a hull
-    meet="u8", curve="u8", nearest="u8",
+    # addresses: of that table; of `meet` of a hull or an ellipsoid; `radius` of these and cylinders; nearest of a hull
+    points="u8", meet="u8", curve="u8", nearest="u8",
     separation="u8",  # function that separates a core from a plane or another core, see `convex.separate`
     swept="u8",  # address of the table of `shapes.swept`, of all shapes but spheres and planes
     friction="f8", priority="i8",  # coefficient for pairs that have none, and which of two shapes gives it
@@ -209,10 +204,8 @@ PAIR = record(
 NEAR = record(
     a="i8", b="i8", body_a="i8", body_b="i8", pair="i8",
     slot="i8",  # of its contact, if that is closed or has been in this step; else -1
-    closed="i8", active="i8",  # 1: taken into an island in this window
+    closed="i8", active="i8", link="i8",  # 1: taken into an island in this window; next pair of the island
     coasts="i8",  # 1: its contact coasts, see `contacts.coasting`
-    link="i8", soon="i8",  # next pair of the island; 1: it needs a look next, see `watching`
-    bounded="i8",  # 1: its time of impact is that of its guard, a bound for all parts of two shapes
     toi="f8",  # time of impact, a lower bound [s]
     path_limit="f8",  # [m] sum of both bodies' `path` at which it can close, in a run of substeps
     checked="f8",  # time [s] at which its gap was last found; -1: not in this step; or MEASURED, BOUNDED
@@ -274,10 +267,15 @@ ROW = record(
     slide=VECTOR,  # slip velocity of A over B at the end of a stage, see `force.advance_contact`
     closing="f8",  # speed [m/s]
     impulse=VECTOR,  # [N s] on A by the stages solved
-    # of a contact that coasts, where `slide` is the displacement not yet given to its law: see `contacts.coasting`
+)  # fmt: skip
+"""A contact in an implicit step, see `implicit.step`."""
+
+COASTING = record(
     body_a="u8", body_b="u8",  # addresses of its bodies
+    slide=VECTOR,  # displacement, as `CONTACT.moved`, not yet given to its law
+    impulse=VECTOR,  # [N s] on A
     normal=VECTOR, tangent=VECTOR, side=VECTOR, arm_a=VECTOR, arm_b=VECTOR,
-    overlap="f8", least="f8", most="f8",  # [m], now, and its range
+    overlap="f8", closing="f8", least="f8", most="f8",  # [m], [m/s] now; range of the overlap [m]
     stiffness="f8", damping="f8", share="f8",  # k of Hertz; damping [N s/m]; 1/(1 + damping h/(2 m))
     spring="f8", drag="f8", friction="f8",  # tangential: [N/m], [N s/m], coefficient
     # normal and both tangential forces [N]; the latter of the spring alone; moment about the normal [N m]
@@ -286,14 +284,14 @@ ROW = record(
     longest="f8", furthest="f8",  # time [s] and displacement [m] for which it may coast
     normal_work="f8", friction_work="f8",  # [J]
 )  # fmt: skip
-"""A contact in an implicit step, see `implicit.step`, or one that coasts."""
+"""The model of a contact that coasts, see `contacts.coasting`."""
 
 WORLD = record(
     # addresses of the arrays, see `Arrays`, and their lengths
     bodies="u8", shapes="u8", pairs="u8", near="u8", contacts="u8", memory="u8", numbers="u8", groups="u8", spare="u8",
-    points="u8", guards="u8",
-    near_bodies="u8", roots="u8", island_bodies="u8", island_pairs="u8", grid="u8", saved_bodies="u8", trees="u8",
-    joints="u8", rows="u8", saved_contacts="u8", saved_memory="u8", equations="u8",
+    points="u8", guards="u8", near_bodies="u8", roots="u8", island_bodies="u8", island_pairs="u8", grid="u8",
+    saved_bodies="u8", trees="u8", joints="u8", rows="u8", coasting="u8", saved_contacts="u8", saved_memory="u8",
+    equations="u8",
     body_count="i8", shape_count="i8", pair_count="i8", near_room="i8", contact_room="i8", memory_size="i8",
     group_count="i8", guard_room="i8",
     cells="i8", step="f8",  # cells of the grid's hash table, a power of two; length of the step [s]
@@ -344,7 +342,8 @@ class Arrays(NamedTuple):
         saved_bodies: Two scratch bodies, then a copy of all bodies at the start of an implicit step.
         trees: Records.
         joints: Of all trees: coordinates, velocities, and all that is derived from them.
-        rows: Contacts of an island that takes an implicit step, or of those that coast.
+        rows: Contacts of an island that takes an implicit step.
+        coasting: Models of contacts that coast, by slot.
         saved_contacts, saved_memory: Contacts and their laws' history at the start of an implicit step.
         equations: Working memory of an implicit step.
         world: One record.
@@ -370,6 +369,7 @@ class Arrays(NamedTuple):
     trees: Array
     joints: Array
     rows: Array
+    coasting: Array
     saved_contacts: Array
     saved_memory: Array
     equations: Array
@@ -381,8 +381,7 @@ class Arrays(NamedTuple):
         for name, array in zip(self._fields[:-1], self[:-1], strict=True):
             one[name] = array.ctypes.data
         one["body_count"], one["shape_count"], one["pair_count"] = self.bodies.size, self.shapes.size, self.pairs.size
-        one["guard_room"] = self.guards.size
-        one["near_room"], one["contact_room"] = self.near.size, self.contacts.size
+        one["near_room"], one["guard_room"], one["contact_room"] = self.near.size, self.guards.size, self.contacts.size
         one["memory_size"], one["group_count"] = self.memory.shape[1], self.groups.shape[0]
         one["unknown_room"] = self.equations.shape[1]
         one["cells"] = self.grid.size - 4 * self.shapes.size

@@ -71,7 +71,7 @@ def strikes(w, p):
     """Return whether a pair strikes within the step, or has a contact that an implicit step cannot take."""
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     if p.closed == 0:
-        if p.gap < 0.0 and -p.gap > TOUCHING * radius_of(w, p):
+        if p.gap < 0.0 and -p.gap > TOUCHING * radius_of(w, p, a, b)[0]:
             return True  # so that `touch.begin_contact` treats the overlap as an initial one
         closing, gap, push = max(p.closing, 0.0), max(p.gap, 0.0), max_push(p, a, b)
         return time_to_close(gap, p.closing, push) < w.step and closing * closing + 2.0 * push * gap > 0.0

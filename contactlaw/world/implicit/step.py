@@ -61,7 +61,7 @@ from contactlaw.world.implicit.equations import (
     vector_of,
 )
 from contactlaw.world.implicit.newton import add_stiffness, begin_matrix, begin_residual, evaluate_contact
-from contactlaw.world.island import list_members
+from contactlaw.world.island import list_bodies, list_pairs
 from contactlaw.world.sleep import fall_asleep, wake
 from contactlaw.world.trees.kinematics import vector
 from contactlaw.world.window import activate, list_islands
@@ -78,7 +78,8 @@ def take_implicit_steps(w):
     list_islands(w)
     some = False
     for k in range(w.islands):
-        bodies, pairs = list_members(w, whole_at(w.roots, k))
+        root = whole_at(w.roots, k)
+        bodies, pairs = list_bodies(w, root), list_pairs(w, root)
         if is_due(w, bodies) and is_persistent(w, bodies, pairs) and take_step(w, bodies, pairs):
             fall_asleep(w, bodies, pairs)
             some = True
@@ -132,16 +133,18 @@ def solve_stages(w, bodies, pairs, stage):
     steady = is_steady(w, bodies, pairs)
     if steady:
         guess_velocities(w, bodies, pairs, stage)
-    solved = solve(w, bodies, pairs, stage, stage)
-    if not solved or stage == w.step:
-        return solved
+    before = w.solved
+    if not solve(w, bodies, pairs, stage, stage, 0.0):
+        return False
+    if stage == w.step:
+        return True
     add_impulses(w, pairs, w.step - stage)
     begin_stage(w, stage, w.step - stage)
     if steady:
         velocity, begun = vector_of(w, VELOCITY), vector_of(w, START_VELOCITY)
         for i in range(w.unknowns):
             velocity[i] += (w.step / stage - 1.0) * (velocity[i] - begun[i])
-    return solve(w, bodies, pairs, stage, w.step)
+    return solve(w, bodies, pairs, stage, w.step, NEVER if w.solved > before else 0.0)
 
 
 @jit_inside
@@ -237,15 +240,15 @@ def guess_velocities(w, bodies, pairs, stage):
 
 
 @jit_inside
-def solve(w, bodies, pairs, stage, time):
+def solve(w, bodies, pairs, stage, time, previous):
     """Solve a stage [s] for VELOCITY and place the bodies at its end; return whether Newton's method converged.
 
-    time: of the end of the stage [s], from the start of the step. Of the first of two stages only VELOCITY is needed:
-    the contacts are not evaluated once more if, by the contraction of the last two residuals, the next one is within
-    the tolerance.
+    time: of the end of the stage [s], from the start of the step. previous: residual before; NEVER: begin with the
+    factors of the first stage, 0.0: that has not factorised. Of the first of two stages only VELOCITY is needed: the
+    contacts are not evaluated once more if, by the contraction of the last two residuals, the next one is within the
+    tolerance.
     """
-    velocity, change = vector_of(w, VELOCITY), vector_of(w, RIGHT_SIDE)  # right side until solved
-    previous, factorisations = 0.0 if stage == time else NEVER, 0  # a second stage begins with the first one's factors
+    velocity, change, factorisations = vector_of(w, VELOCITY), vector_of(w, RIGHT_SIDE), 0  # right side until solved
     for iteration in range(MAX_ITERATIONS):
         for i in range(bodies):
             place_body(w, whole_at(w.island_bodies, i), stage, time)

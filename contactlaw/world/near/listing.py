@@ -39,14 +39,8 @@ def may_leave_margin(b, left):
     """Return whether a body may leave its margin within a time [s]."""
     if b.size == 0.0 and b.reach == 0.0:  # no shapes
         return False
-    return travel_bound(b, left) > b.margin
-
-
-@jit_inside
-def travel_bound(b, left):
-    """Return a bound on how far [m] a point of a body is, within a time [s], from where it was listed."""
     way = norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
-    return way if b.still != 0 else way + left * surface_speed(b, left)
+    return way + (0.0 if b.still != 0 else left * surface_speed(b, left)) > b.margin
 
 
 @jit_inside

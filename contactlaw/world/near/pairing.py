@@ -288,7 +288,7 @@ def complete_near(w, k):
     p.pair = pair_of(w, p.a, p.b)
     p.slot = -1
     p.initial_overlap = 0.0
-    p.closed, p.active, p.bounded = 0, 0, 0
+    p.closed, p.active = 0, 0
     p.toi, p.path_limit, p.gap, p.closing, p.acceleration, p.closing_bound = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     p.checked = -1.0
     slot = slot_of(w, p.a, p.b)

@@ -12,15 +12,16 @@ from contactlaw.world.bodies.motion import (
     acceleration_of,
     change_bound,
     closing_at,
+    fly,
     greatest_closing,
     turn_rate,
     velocity_at,
 )
-from contactlaw.world.data.access import shape_at
+from contactlaw.world.data.access import body_at, scratch_body, shape_at
 from contactlaw.world.data.call import ask_time
 from contactlaw.world.data.records import HEIGHT_FIELD, NEVER, PLANE, SEGMENT, SPHERE
 from contactlaw.world.data.vec import add, dot, load, norm, sub
-from contactlaw.world.near.guards import cores_stay_apart, meet_half_space
+from contactlaw.world.near.guards import cores_stay_apart, meet_half_space, raise_listed_gap
 from contactlaw.world.shapes.geometry import OF_TIME, centre, meet_near
 
 CLEAR_HEIGHT = 0.01  # of A's radius: where A is higher over a separating plane, its gap is taken from that plane
@@ -50,11 +51,32 @@ def time_to_spheres(sa, a, sb, b, n, top, left):
 
 
 @jit_inside
-def predict(w, p, a, b, now, left):
-    """Predict the time of impact [s] of a near pair: a lower bound, NEVER if it is not within the step.
+def flown_to(w, i, now, place):
+    """Return body i as it flies to a time [s]; a free body in a scratch copy, number `place`, a tree itself."""
+    b = body_at(w.bodies, i)
+    if b.time != now and b.still == 0 and b.tree == 0:
+        b = scratch_body(w, i, place)
+    fly(b, now)
+    return b
 
-    Sets `toi`, `gap`, `closing`, `acceleration` and `checked` of the pair. a, b: its bodies, as they are now; now: time
-    of the step; left: time from now to its end [s].
+
+@jit_inside
+def predict(w, p, now):
+    """Predict the time of impact [s] of an open pair as its bodies fly from a time of the step [s] on.
+
+    It is a lower bound; NEVER: not within the step. Sets `toi`, `gap`, `closing`, `acceleration` and `checked` of the
+    pair. Returns its bodies where they are then. A free body that is behind in time is copied, so that its flight stays
+    in one piece, and its rounding does not depend on which pairs are predicted.
+    """
+    a, b = flown_to(w, p.body_a, now, 0), flown_to(w, p.body_b, now, 1)
+    find_time(w, p, a, b, now, w.step - now)
+    raise_listed_gap(w, p, now)
+    return a, b
+
+
+@jit_inside
+def find_time(w, p, a, b, now, left):
+    """Find what `predict` sets; left: time to the end of the step [s].
 
     A step of conservative advancement (Mirtich 1996): the time is never too late, and exact for spheres that meet head
     on. The closing acceleration leaves out that the line of centres turns. This opens the gap, as the distance of a
@@ -63,8 +85,7 @@ def predict(w, p, a, b, now, left):
     """
     sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
     p.checked = now
-    p.bounded = 1 if cores_stay_apart(w, p, a, b, left) else 0
-    if p.bounded != 0:
+    if cores_stay_apart(w, p, a, b, left):
         return
     overlap, n, arm_a, arm_b = meet_half_space(w, p, a, b)
     if overlap > -CLEAR_HEIGHT * sa.radius:
