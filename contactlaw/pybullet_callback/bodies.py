@@ -43,8 +43,8 @@ MOTION_FORMAT, POSE_FORMAT, SIX_FORMAT = (
     struct.Struct("6d"),
 )
 PARAMETERS = "fixedTimeStep", "gravityAccelerationX", "gravityAccelerationY", "gravityAccelerationZ"
-STEP_FORMAT, POSITION_FORMAT, SIZE = struct.Struct("4d"), struct.Struct("3d"), ROW.itemsize
-BEFORE, AFTER, LEFT, FORCE = (int(ROW.fields[name][1]) for name in ("before", "after", "left", "force"))  # type: ignore[index]
+STEP_FORMAT, MASS_FORMAT, POSITION_FORMAT, SIZE = *map(struct.Struct, ("4d", "4d", "3d")), ROW.itemsize
+BEFORE, AFTER, LEFT, FORCE, MASS = (int(ROW.fields[name][1]) for name in ("before", "after", "left", "force", "mass"))  # type: ignore[index]
 VELOCITY_AFTER = AFTER + int(MOTION.fields["velocity"][1])  # type: ignore[index]
 STEP_AT = int(HEAD.fields["dt"][1])  # type: ignore[index]
 
@@ -93,6 +93,7 @@ class Bodies:
         for one in trees:
             self.rows["in_tree"][one.members] = 1
         simple = np.flatnonzero(self.rows["in_tree"] == 0).tolist()
+        self._simple_rows = set(simple)
         self.bind(world.arrays)
         self.read_masses(simple)
         self._heavy = dict.fromkeys(k for k in simple if self.rows["mass"][k] > 0.0)
@@ -121,20 +122,17 @@ class Bodies:
             a.ctypes.data for a in (self._state, self.rows, self._selected)
         )
         head["seen"], head["count"] = self.seen.ctypes.data, len(self.keys)
-        self._passed, self._sleep, self._masses = False, False, dict[int, Any]()
+        self._passed, self._sleep = False, False
         self._last, self._after = [NOTHING] * len(self.keys), [()] * len(self.keys)  # read before and after a step
         self._flown = list[Any]()  # velocities after a step in which all bodies were far apart
 
     def read_masses(self, rows: Iterable[int]) -> None:
         """Read masses and inertias of bodies without joints; wake those that have others than before."""
         for k in rows:
-            mass, moments = told = _mass_of(self.keys[k], self._client)
-            if told == self._masses.get(k):
+            mass, moments = _mass_of(self.keys[k], self._client)
+            if (mass, *moments) == MASS_FORMAT.unpack_from(self._bytes, k * SIZE + MASS):
                 continue
-            self._masses[k] = told
             row, own, inertia = self.rows[k], self.arrays.bodies[k + 1], np.array(moments)
-            if mass == row["mass"] and (inertia == row["inertia"]).all():
-                continue
             row["mass"], row["inertia"] = mass, inertia
             own["inverse_mass"] = 1.0 / mass if mass > 0.0 else 0.0
             own["inverse_inertia"] = np.divide(1.0, inertia, np.zeros(3), where=(mass > 0.0) & (inertia > 0.0))
@@ -301,9 +299,9 @@ class Bodies:
         if not found & 1:
             return
         # the user has moved bodies: find near pairs, and what presses on what
-        self.read_masses(np.flatnonzero((self.rows["placed"] != 0) & (self.rows["in_tree"] == 0)).tolist())
+        placed = self.rows["placed"].nonzero()[0].tolist()
+        self.read_masses([k for k in placed if k in self._simple_rows] if self.trees else placed)
         self._list_near()
-        self.arrays.bodies["placed"][1:] = self.rows["placed"]
         find_pressed(self._head_at)
         for one in self.trees:
             if one.placed:

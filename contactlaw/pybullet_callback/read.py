@@ -172,6 +172,8 @@ def find_pressed(block):
     """Find which bodies are pressed where the user has put bodies: these have their true velocities in PyBullet."""
     head = head_at(block, 0)
     w = world_at(head.world, 0)
+    for k in range(head.count):
+        body_at(w.bodies, k + 1).placed = row_at(head.rows, k).placed
     call_step(address(w, STEP), w, head.dt, FIND_PRESSED)
     for k in range(head.count):
         r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
