@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot, inf, isfinite, isinf, nan, sqrt
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +14,7 @@ from contactlaw.impact import MOST_STEPS, check_steps, nodes_for
 from contactlaw.laws.hertz import LINEAR_STIFFNESS
 from contactlaw.laws.normal_motion import SCALED_DEEPEST, TRACK, Motion, normal_motion
 from contactlaw.pair import ContactPair, warn_of_depth
-from contactlaw.single import Scale, impact_by_steps
+from contactlaw.single import Scale, impact_by_steps, write_history
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -156,19 +155,21 @@ def collide(
     pair = pair.at(approach, speed)
     chi = pair.chi(mass, tangential_mass)
     check_steps(steps, chi)
-    scale = pair.kappa / (pair.friction * approach) if pair.friction > 0.0 else nan
+    psi_per_speed = pair.kappa / (pair.friction * approach) if pair.friction > 0.0 else nan
     motion, length, deepest = _normal_motion(pair, radius, mass, approach, steps)
-    warn_of_depth(length * float(motion.delta.max()), radius)
+    warn_of_depth(length * motion.deepest, radius)
+    scale = Scale(mass, approach, length, tangential_mass)
     track, law = np.empty(steps + 1, TRACK), pair.rule
-    if law.on_line is not None and isfinite(scale * speed):
-        rate = 1.0 / scale  # mu V_z1/kappa [m/s], the unit of psi
+    if law.on_line is not None and isfinite(psi_per_speed * speed):
+        rate = 1.0 / psi_per_speed  # mu V_z1/kappa [m/s], the unit of psi
         unit = pair.friction * mass * approach**2 / length, rate**2 * pair.kappa * mass, rate
         after = rate * law.on_line.impact(motion, chi, unit, speed / rate, track)
     else:
         law = law.with_nodes(2 * nodes_for(chi))  # forces during an impact need more nodes than the rebound
-        p, scales = pair.parameters(radius, law.memory), Scale(mass, approach, length, tangential_mass)
-        after = impact_by_steps(p, *law.new_contact(), motion, scales, deepest, speed, track)
-    force = np.outer(track["force"], (-along[0], -along[1], -along[2]))
+        p = pair.parameters(radius, law.memory)
+        after = impact_by_steps(p, *law.new_contact(), motion, scale, deepest, speed, track)
+    force, table = np.empty((steps + 1, 3)), np.empty((8, steps + 1))
+    write_history(motion, scale, track, along, force, table)
 
     push, pull = mass * approach * (1.0 + pair.restitution), tangential_mass * (after - speed)
     impulse = push * x + pull * along[0], push * y + pull * along[1], push * z + pull * along[2]
@@ -179,9 +180,9 @@ def collide(
             _plus(v_b, -in_b, impulse), _plus(w_b, -arm_b * turn_b, turn),
         ]
     )  # fmt: skip
-    time, overlap, normal_force, *energies = _ledger(motion, Scale(mass, approach, length, tangential_mass), track)
+    time, overlap, normal_force, *energies = table
     return Impact(
-        velocity_a, spin_a, velocity_b, spin_b, chi, scale * speed, scale * after,
+        velocity_a, spin_a, velocity_b, spin_b, chi, psi_per_speed * speed, psi_per_speed * after,
         time, overlap, normal_force, force, *energies,
     )  # fmt: skip
 
@@ -197,26 +198,7 @@ def _normal_motion(
     if linear:
         return motion, approach * sqrt(mass / (LINEAR_STIFFNESS * k * sqrt(deepest))), deepest
     length = deepest / SCALED_DEEPEST
-    return motion, length, length * float(motion.delta.max())
-
-
-def _ledger(motion: Motion, scale: Scale, track: Any) -> list[Array]:
-    """Return time [s], overlap [m], normal force [N] and five energies [J], shape (steps + 1,) each.
-
-    The energies are those of `Impact`, in its order.
-    """
-    energy = scale.mass * scale.approach * scale.approach
-    stored, square = energy * motion.energy, motion.speed * motion.speed
-    return [
-        scale.length / scale.approach * motion.instant,
-        scale.length * motion.delta,
-        energy / scale.length * motion.force,
-        0.5 * energy * square + 0.5 * scale.tangential_mass * track["speed"] ** 2,
-        stored,
-        track["stored"],
-        track["work"] - track["stored"],
-        0.5 * energy * (1.0 - square) - stored,
-    ]
+    return motion, length, length * motion.deepest
 
 
 def _cross(a: Sequence[float], b: Sequence[float]) -> Vector:

@@ -119,7 +119,7 @@ def _impacts(law: Law, zeta: float, steps: int) -> Impacts:
 def _by_steps(law: Law, zeta: float, steps: int, psi: Array, chi: Array, out: Array) -> None:
     """Integrate whole impacts in steps, in units with m = V_z1 = 1, P = delta^1.5 and kappa = mu = 1."""
     motion = normal_motion(zeta, steps, law.linear)
-    deepest = LINEAR_STIFFNESS**-2 if law.linear else float(motion.delta.max())  # linear: P = delta
+    deepest = LINEAR_STIFFNESS**-2 if law.linear else motion.deepest  # linear: P = delta
     single.impacts_by_steps(
         law.with_pair(*SCALED, zeta, 1.0, 1.0, 0.0), *law.new_contact(), motion, deepest, psi, chi, out
     )

@@ -127,6 +127,28 @@ def impact_by_steps(p, header, memory, motion: Motion, scale: Scale, deepest, sp
 
 
 @jit
+def write_history(motion: Motion, scale: Scale, track, along, force_out, table_out):
+    """Write the tangential force on A [N], shape (n, 3), and the other histories of `collision.Impact`, shape (8, n).
+
+    track: as `impact_by_steps` leaves it, (n,). along: unit vector of the sliding velocity of A.
+    """
+    mass, approach, length, tangential_mass = scale
+    energy = mass * approach * approach
+    for k in range(track.size):
+        one, square, stored = track[k], motion.speed[k] * motion.speed[k], energy * motion.energy[k]
+        for i in range(3):
+            force_out[k, i] = -along[i] * one.force
+        table_out[0, k] = length / approach * motion.instant[k]
+        table_out[1, k] = length * motion.delta[k]
+        table_out[2, k] = energy / length * motion.force[k]
+        table_out[3, k] = 0.5 * energy * square + 0.5 * tangential_mass * one.speed * one.speed
+        table_out[4, k] = stored
+        table_out[5, k] = one.stored
+        table_out[6, k] = one.work - one.stored
+        table_out[7, k] = 0.5 * energy * (1.0 - square) - stored
+
+
+@jit
 def first_share(contact, pair, law, speed, closing):
     """F/P at the touch: mu if the contact starts sliding, k_T V_x/(k_N V_z) if it starts stuck."""
     if speed == 0.0:

@@ -167,7 +167,7 @@ def impact(motion, chi, unit, speed, track_out):
         if 0 < k < steps:
             delta, root = motion.delta[k], motion.root[k]
             top, s = advance(stack, top, s + slide, delta, root)
-            share = 1.5 * spring_sum(stack, top, s) / (root * delta)
+            share = 1.5 / (root * delta) * spring_sum(stack, top, s)
             pull, elastic = share * motion.force[k], 0.75 * stored(stack, top, s)
         elif k == steps:
             pull, elastic = 0.0, 0.0

@@ -62,6 +62,7 @@ class Motion(NamedTuple):
     With linear normal springs delta is y and time is phase.
 
     Attributes:
+        deepest: Greatest overlap of these instants.
         theta: Phase.
         delta: Overlap.
         root: Square root of the overlap.
@@ -75,6 +76,7 @@ class Motion(NamedTuple):
         step: Time to the next instant.
     """
 
+    deepest: float
     theta: Array
     delta: Array
     root: Array
@@ -112,7 +114,7 @@ def normal_table(zeta, steps, linear):
             instant[k + 1] = instant[k] + step[k]
             after = v_mid[k]
         drop[k], before = before - after, after
-    return Motion(theta, delta, np.sqrt(delta), force, ratio, v_mid, drop, speed, energy, instant, step)
+    return Motion(np.max(delta), theta, delta, np.sqrt(delta), force, ratio, v_mid, drop, speed, energy, instant, step)
 
 
 normal_motion = lru_cache(maxsize=64)(normal_table)

@@ -39,7 +39,7 @@ def impacts(
         held: Share of the fall of P that a sliding spring must follow; rescaling gives up the rest by itself.
     """
     motion = normal_motion(zeta, steps, linear)
-    span = sqrt(float(motion.delta.max()))
+    span = sqrt(motion.deepest)
     springs = (span * x) ** 2, 1.5 * span * w, linear, held  # the weights include 2 E* = 3/2
     known = motion.theta, motion.delta, motion.v_mid, motion.step, zeta
     return partial(rebound, known, springs, table(motion.delta, springs))

@@ -12,7 +12,7 @@ import pybullet as p
 
 from contactlaw.pybullet_callback.apply import finish_step
 from contactlaw.pybullet_callback.measure import Measured
-from contactlaw.pybullet_callback.read import begin_step, find_pressed, select_pushed
+from contactlaw.pybullet_callback.read import begin_step, find_pressed, select_pushed, stays_apart
 from contactlaw.pybullet_callback.rows import (
     ASLEEP,
     FLAGS,
@@ -43,8 +43,8 @@ MOTION_FORMAT, POSE_FORMAT, SIX_FORMAT = (
     struct.Struct("6d"),
 )
 PARAMETERS = "fixedTimeStep", "gravityAccelerationX", "gravityAccelerationY", "gravityAccelerationZ"
-STEP_FORMAT, POSITION_FORMAT, SIZE = struct.Struct("4d"), struct.Struct("3d"), ROW.itemsize
-BEFORE, AFTER, LEFT, FORCE = (int(ROW.fields[name][1]) for name in ("before", "after", "left", "force"))  # type: ignore[index]
+STEP_FORMAT, MASS_FORMAT, POSITION_FORMAT, SIZE = *map(struct.Struct, ("4d", "4d", "3d")), ROW.itemsize
+BEFORE, AFTER, LEFT, FORCE, MASS = (int(ROW.fields[name][1]) for name in ("before", "after", "left", "force", "mass"))  # type: ignore[index]
 VELOCITY_AFTER = AFTER + int(MOTION.fields["velocity"][1])  # type: ignore[index]
 STEP_AT = int(HEAD.fields["dt"][1])  # type: ignore[index]
 
@@ -53,8 +53,8 @@ class Bodies:
     """The bodies of PyBullet that a world holds, and the steps that both take.
 
     A reading is written into the rows only where it differs from the last one. Some are spared: time step and gravity
-    while a body in free fall shows that they are as known, and while all bodies sleep; velocities of bodies that cannot
-    be pushed while all bodies are far apart.
+    while bodies in free fall show that they are as known, and while all bodies sleep; velocities before a step while
+    all bodies are far apart, see `_have_passed`.
 
     Args:
         client: Physics client id.
@@ -84,10 +84,13 @@ class Bodies:
         self._head_at = self._head.ctypes.data
         self.rows["left"]["position"] = np.nan
         self._pushes = list[Callable[[], Any]]()
-        self.dt, self._fall, self._down, self._parameters = 0.0, 0.0, 0, ()
+        self.dt, self._parameters, self._falls = 0.0, (), False
+        self._fall: Any = ()  # change of velocity in a step of free fall
+        self._bounds: Any = ()  # least and greatest change that counts as free fall, within half of it
         for one in trees:
             self.rows["in_tree"][one.members] = 1
         simple = np.flatnonzero(self.rows["in_tree"] == 0).tolist()
+        self._simple_rows = set(simple)
         self.bind(world.arrays)
         self.read_masses(simple)
         self._heavy = dict.fromkeys(k for k in simple if self.rows["mass"][k] > 0.0)
@@ -116,19 +119,17 @@ class Bodies:
             a.ctypes.data for a in (self._state, self.rows, self._selected)
         )
         head["seen"], head["count"] = self.seen.ctypes.data, len(self.keys)
-        self._passed, self._sleep, self._masses = False, False, dict[int, Any]()
+        self._passed, self._sleep = False, False
         self._last, self._after = [NOTHING] * len(self.keys), [()] * len(self.keys)  # read before and after a step
+        self._flown = list[Any]()  # velocities after a step in which all bodies were far apart
 
     def read_masses(self, rows: Iterable[int]) -> None:
         """Read masses and inertias of bodies without joints; wake those that have others than before."""
         for k in rows:
-            mass, moments = told = _mass_of(self.keys[k], self._client)
-            if told == self._masses.get(k):
+            mass, moments = _mass_of(self.keys[k], self._client)
+            if (mass, *moments) == MASS_FORMAT.unpack_from(self._bytes, k * SIZE + MASS):
                 continue
-            self._masses[k] = told
             row, own, inertia = self.rows[k], self.arrays.bodies[k + 1], np.array(moments)
-            if mass == row["mass"] and (inertia == row["inertia"]).all():
-                continue
             row["mass"], row["inertia"] = mass, inertia
             own["inverse_mass"] = 1.0 / mass if mass > 0.0 else 0.0
             own["inverse_inertia"] = np.divide(1.0, inertia, np.zeros(3), where=(mass > 0.0) & (inertia > 0.0))
@@ -157,9 +158,9 @@ class Bodies:
             one.apply_push()
         STEP_BULLET(self._client)
         if pushed == PASSED:
-            if self._first_falls() or not self._read_parameters():
+            if self._have_passed():
                 return 0
-            begin_step(self._head_at)  # again with the new time step or gravity, in which bodies may touch
+            begin_step(self._head_at)  # again: with the new velocities, time step or gravity bodies may touch
             self._passed = False
         before, self._after = self._after, [velocity() for velocity, _ in self._velocities]
         if sleep:
@@ -187,8 +188,9 @@ class Bodies:
         pushed = begin_step(self._head_at)
         if self._passed and pushed != PASSED and self._read():
             pushed = begin_step(self._head_at)
-        self._passed = pushed == PASSED
+        was_passed, self._passed = self._passed, pushed == PASSED
         if self._passed:
+            self._flown = self._flown if was_passed else [velocity for _, velocity in self._last]
             return pushed
         if pushed == NOT_FINITE:
             self._refuse()
@@ -213,19 +215,34 @@ class Bodies:
             return False
         self.dt, self._parameters = known[0], known
         STEP_FORMAT.pack_into(self._head, STEP_AT, *known)
-        self._down = max(range(3), key=lambda i: abs(known[i + 1]))
-        self._fall = self.dt * known[self._down + 1]
+        self._fall = tuple(known[0] * own for own in known[1:])
+        slack = 0.5 * max(map(abs, self._fall))
+        self._bounds, self._falls = tuple((own - slack, own + slack) for own in self._fall), slack > 0.0
         return True
 
-    def _first_falls(self) -> bool:
-        """Return whether the first body has fallen as with the known time step and gravity, within half of it.
+    def _have_passed(self) -> bool:
+        """Read velocities after a step in which all bodies were far apart; return whether none can have touched in it.
 
-        `far_apart` looks ahead by two steps, so that half a step more does not matter.
+        They serve as those before the next step, which are not read: a velocity that the user has set in between shows
+        after that step. Half a step's fall, or half of the spin, does not matter, as `far_apart` looks ahead by two
+        steps.
         """
-        if self._fall == 0.0:
-            return False
-        down, fall = self._down, self._fall
-        return abs(self._velocities[0][0]()[0][down] - self._last[0][1][0][down] - fall) < 0.5 * abs(fall)
+        flown, strayed = self._flown, []
+        (a, b), (c, d), (e, f) = self._bounds
+        for i, (velocity, _) in enumerate(self._velocities):
+            (u, v, w), now = flown[i] = velocity()
+            (x, y, z), spin = self._last[i][1]
+            if not (e <= w - z <= f and a <= u - x <= b and c <= v - y <= d) or (now != spin and not _alike(spin, now)):
+                strayed.append(i)
+        if not strayed and self._falls:
+            return True
+        changed = self._read_parameters()
+        for i in strayed:
+            (q, r), (v, w) = self._last[i][0], flown[i]
+            v = tuple(now - gained for now, gained in zip(v, self._fall, strict=True))
+            self._last[i] = (q, r), (v, w)
+            self._bases[i][2](*q, *r, *v, *w)
+        return not changed and (not strayed or stays_apart(self._head_at))
 
     def _finish_step(self) -> int:
         """Take the step of the world; return as `apply.write_bodies`."""
@@ -247,9 +264,9 @@ class Bodies:
     def _find_pressed(self) -> None:
         """After the user has moved bodies: find near pairs, and what presses on what."""
         self._check()
-        self.read_masses(np.flatnonzero((self.rows["placed"] != 0) & (self.rows["in_tree"] == 0)).tolist())
+        placed = self.rows["placed"].nonzero()[0].tolist()
+        self.read_masses([k for k in placed if k in self._simple_rows] if self.trees else placed)
         self._list_near()
-        self.arrays.bodies["placed"][1:] = self.rows["placed"]
         find_pressed(self._head_at)
         for one in self.trees:
             if one.placed:
@@ -274,11 +291,11 @@ class Bodies:
     def _read(self, passed: bool = False) -> bool:
         """Read poses and velocities of bodies into the rows; return whether one has changed.
 
-        passed: all bodies were far apart, so that velocities of bodies that cannot be pushed need not be read.
+        passed: all bodies were far apart; their velocities are taken to be those that were read then.
         """
-        new, last, moving = False, self._last, len(self._moving)
+        new, last, flown = False, self._last, self._flown
         for i, (pose, velocity, write) in enumerate(self._bases):
-            state = pose(), last[i][1] if passed and i >= moving else velocity()
+            state = pose(), flown[i] if passed else velocity()
             if state != last[i]:
                 last[i], new = state, True
                 (x, q), (v, w) = state
@@ -312,6 +329,11 @@ class Bodies:
     def _refuse(self) -> None:
         name = name_of(self.keys[int(self._head["bad"][0])])
         raise ValueError(f"{name}: its position, velocity, or gravity is not finite")
+
+
+def _alike(one: tuple[float, float, float], two: tuple[float, float, float]) -> bool:
+    """Return whether a vector differs from another one by at most half of it."""
+    return sum(abs(a - b) for a, b in zip(one, two, strict=True)) <= 0.5 * max(map(abs, one))
 
 
 def _mass_of(key: Key, client: int) -> tuple[float, tuple[float, float, float]]:

@@ -138,10 +138,27 @@ def far_apart(w, time):
 
 
 @jit
+def stays_apart(block):
+    """After `begin_step` has found PASSED, and other velocities have been read: return whether that still holds."""
+    head = head_at(block, 0)
+    w, ahead = world_at(head.world, 0), 2.0 * head.dt
+    for k in range(head.count):
+        r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
+        if r.mass > 0.0:
+            set_body(r, b, head.dt)
+            b.turned += head.dt * norm(load(b.spin))
+            if may_leave_margin(b, ahead):
+                return False
+    return not any_guard_exceeded(w, -NEVER, ahead) and far_apart(w, ahead)
+
+
+@jit
 def find_pressed(block):
     """Find which bodies are pressed where the user has put bodies: these have their true velocities in PyBullet."""
     head = head_at(block, 0)
     w = world_at(head.world, 0)
+    for k in range(head.count):
+        body_at(w.bodies, k + 1).placed = row_at(head.rows, k).placed
     call_step(address(w, STEP), w, head.dt, FIND_PRESSED)
     for k in range(head.count):
         r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)

@@ -5,8 +5,10 @@ Tolerances: a contact has 100 substeps at least, which leave below 1.5e-3 in psi
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
-from pybullet_scenes import RADIUS, ball, p, pair_of, plane, step, velocities
+from numpy.typing import ArrayLike
+from pybullet_scenes import FREE, RADIUS, ball, p, pair_of, plane, shape, step, velocities
 
 from contactlaw.pybullet_callback import ContactCallback
 
@@ -45,6 +47,39 @@ def test_free_flight_is_untouched(client: int) -> None:
     callback.add_contact(body, floor, pair_of())
     step(callback, 50)
     assert (p.getBasePositionAndOrientation(body, client), p.getBaseVelocity(body, client)) == alone
+
+
+@pytest.mark.parametrize("gravity", [0.0, 9.81])
+@pytest.mark.parametrize("kick", [((0, 0, -40.0), (0, 0, 0)), ((0.1, 0, 0), (0, 200.0, 0)), ((0, 0, 1.0), (0, 1.0, 0))])
+def test_a_velocity_set_far_from_everything_acts_in_the_next_step(client: int, kick: tuple, gravity: float) -> None:
+    """It is seen only after Bullet's step, in which a rod may have struck: as if the callback began with that step."""
+
+    def thrown(place: ArrayLike, steps: int) -> list[np.ndarray]:
+        """Places before the step of the kick, and the whole state after it; the rod floats at first."""
+        p.resetSimulation(client)
+        p.setTimeStep(1 / 240, client)
+        p.setGravity(0, 0, -gravity, client)
+        floor, rod = plane(client), p.createMultiBody(
+            1.0, shape(client, p.GEOM_CAPSULE, radius=0.02, height=0.4), physicsClientId=client
+        )  # fmt: skip
+        p.changeDynamics(rod, -1, physicsClientId=client, **FREE)
+        p.resetBasePositionAndOrientation(rod, place[:3], place[3:], client)
+        callback = ContactCallback(client)
+        callback.add_contact(rod, floor, pair_of(restitution=1.0))
+        step(callback, steps)
+        before = np.concatenate(p.getBasePositionAndOrientation(rod, client))
+        p.resetBaseVelocity(rod, *kick, physicsClientId=client)
+        step(callback)
+        return [
+            before,
+            *map(np.concatenate, (p.getBasePositionAndOrientation(rod, client), p.getBaseVelocity(rod, client))),
+        ]
+
+    before, *after = thrown([0, 0, 0.12, 0, 0.5**0.5, 0, 0.5**0.5], 4)
+    _, *alone = thrown(before, 0)
+    for one, two in zip(after, alone, strict=True):
+        np.testing.assert_allclose(one, two, rtol=1e-9, atol=1e-9)
+    assert (after[1][2] > 0.0) == (kick[0][2] != 0.0 or abs(kick[1][1]) > 100.0)
 
 
 def test_two_clients_at_once_give_the_same(client: int) -> None:
