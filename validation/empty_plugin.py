@@ -1,5 +1,8 @@
 """A MuJoCo plugin that does nothing. What it adds to a step is what any plugin costs that is called in each."""
 
+# The wheel describes little of what it exports.
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 import ctypes
