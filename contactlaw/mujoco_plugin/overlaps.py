@@ -39,24 +39,19 @@ def report_initial_overlaps(model: mujoco.MjModel, refuse: bool) -> None:
     Raises:
         ValueError: There are some, and refuse is True.
     """
-    found = _deep_overlaps(model)
+    data, view = mujoco.MjData(model), layout.view_of(model)
+    mujoco.mj_kinematics(model, data)
+    found = [
+        f"{view.label('geom', one)} and {view.label('geom', two)} by {1e3 * depth:.3g} mm"
+        for one, two, depth in overlaps_of(model, data)
+        if depth > INSIDE * min(reach for reach in model.geom_rbound[[one, two]] if reach > 0.0)
+    ]
     if not found:
         return
-    text = f"geoms overlap in the initial position of the model: {first_of([*found.values()], NAMED, 'pairs')}"
+    text = f"geoms overlap in the initial position of the model: {first_of(found, NAMED, 'pairs')}"
     if refuse:
         raise ValueError(f"overlaps = 'raise': {text}")
     warnings.warn(f"{text}; they count as just touching", ContactWarning, stacklevel=4)
-
-
-def _deep_overlaps(model: mujoco.MjModel) -> dict[tuple[int, int], str]:
-    """Return geoms of the law that lie in each other too deep in the initial position, and the text for a message."""
-    data, view = mujoco.MjData(model), layout.view_of(model)
-    mujoco.mj_kinematics(model, data)
-    return {
-        (one, two): f"{view.label('geom', one)} and {view.label('geom', two)} by {1e3 * depth:.3g} mm"
-        for one, two, depth in overlaps_of(model, data)
-        if depth > INSIDE * min(reach for reach in model.geom_rbound[[one, two]] if reach > 0.0)
-    }
 
 
 def _near_pairs(model: mujoco.MjModel, data: mujoco.MjData, world: View) -> Iterator[tuple[int, int]]:

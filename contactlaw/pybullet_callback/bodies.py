@@ -266,19 +266,15 @@ class Bodies:
         self._check()
         placed = self.rows["placed"].nonzero()[0].tolist()
         self.read_masses([k for k in placed if k in self._simple_rows] if self.trees else placed)
-        self._list_near()
+        self._state["stale"] = 1
+        while step(self._state, 0.0, 1) == 0:
+            self._make_room()
         find_pressed(self._head_at)
         for one in self.trees:
             if one.placed:
                 self.arrays.bodies["held"][:, 0] = np.nan
                 one.pressed = self._is_pressed(one)
                 one.set_tree(self.arrays, self.dt)
-
-    def _list_near(self) -> None:
-        """List the near pairs anew, before Bullet's step."""
-        self._state["stale"] = 1
-        while step(self._state, 0.0, 1) == 0:
-            self._make_room()
 
     def _is_pressed(self, one: Tree) -> bool:
         return bool(self.rows["pressed"][one.members].any())
