@@ -124,8 +124,9 @@ def write(w, out):
 @jit_inside
 def write_numbers(numbers, out, at):
     """Write numbers into a row from a place on; returns the place behind them."""
+    place = out[at:]  # its indices are not negative, for all that the compiler knows else
     for i in range(numbers.size):
-        out[at + i] = numbers[i]
+        place[i] = numbers[i]
     return at + numbers.size
 
 

@@ -146,6 +146,8 @@ def evaluate_contact(w, r, stage):
     p = near_at(w.near, r.near)
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     if r.slot < 0:
+        if p.checked == 0.0 and p.gap > a.path + b.path:  # by the gap at the start of the step
+            return False, NEVER
         overlap, _, _, _ = meet_near(w, p, a, b)
         if overlap <= 0.0 or not begin_contact(w, r.near, min(-p.gap, 0.0)):
             return False, NEVER

@@ -307,7 +307,8 @@ def place_body(w, k, stage, time):
         store(b.shift, sub(load(b.position), load(start.position)))
         back = start.quaternion[0], -start.quaternion[1], -start.quaternion[2], -start.quaternion[3]
         store(b.twist, rotation_vector(product(load4(b.quaternion), back)))
-        b.turned = start.turned + norm(load(b.twist))
+        turned = norm(load(b.twist))
+        b.turned, b.path = start.turned + turned, norm(load(b.shift)) + turned * b.reach
         return
     if b.unknown >= 0:
         velocity, before = vector_of(w, VELOCITY)[b.unknown :], vector_of(w, DISPLACEMENT)[b.unknown :]
@@ -318,6 +319,7 @@ def place_body(w, k, stage, time):
     else:
         store(b.shift, scale(time, load(b.velocity)))
         store(b.twist, scale(time, load(b.spin)))
+    b.path = norm(load(b.shift)) + norm(load(b.twist)) * b.reach
     store(b.position, add(load(start.position), load(b.shift)))
     for i in range(4):
         b.quaternion[i] = start.quaternion[i]
