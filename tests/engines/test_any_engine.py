@@ -80,7 +80,6 @@ def miss(
 
 @pytest.mark.parametrize("dt", [1 / 60, LONG, 1e-4, SHORT])
 @pytest.mark.parametrize("restitution", [1.0, 0.93, 0.5])
-@pytest.mark.heavy
 def test_an_impact_is_that_of_rebound_at_any_step_and_phase(make: Make, dt: float, restitution: float) -> None:
     pair = pair_of(restitution=restitution, radius=RADIUS)
     world = over_floor(make(dt), pair)
@@ -184,7 +183,6 @@ def test_a_ball_rolls_or_slides_down_a_slope(make: Make, slope: float, mu: float
 
 @pytest.mark.parametrize("restitution", [0.5, 0.9])
 @pytest.mark.parametrize("law", ["microslip", "linear_spring", "coulomb"])
-@pytest.mark.heavy
 def test_a_ball_comes_to_rest_at_its_static_overlap_and_stays(make: Make, restitution: float, law: str) -> None:
     pair = pair_of(restitution=restitution, law=law)
     world = over_floor(make(LONG, -GRAVITY * UP), pair, 0.01)
@@ -210,7 +208,6 @@ CHAINS = {
 @pytest.mark.parametrize("count", CHAINS)
 @pytest.mark.parametrize("gap", [0.0, 1e-4])
 @pytest.mark.parametrize("dt", [LONG, 1e-4])
-@pytest.mark.heavy
 def test_a_row_of_balls_in_touch_or_nearly(make: Make, dt: float, count: int, gap: float) -> None:
     world, names = make(dt), [f"ball{i}" for i in range(count)]
     for i, name in enumerate(names):
