@@ -36,7 +36,7 @@ from contactlaw.ending import whole
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.entries import Contacts, parse_contacts, parse_skip, replace_all
 from contactlaw.mujoco_plugin.instances import contact_instances
-from contactlaw.mujoco_plugin.overlaps import report_initial_overlaps
+from contactlaw.mujoco_plugin.overlaps import exclude_held, report_initial_overlaps
 from contactlaw.mujoco_plugin.selection import give_names, label
 from contactlaw.mujoco_plugin.spec import replace_native_contacts
 from contactlaw.pair import ContactWarning
@@ -68,7 +68,8 @@ def load_model(
                 of the geoms, by the engine's rule; the default restitution is 1.
             overlaps: "relax": geoms that overlap by more than a tenth of their radius, or by more than an impact at 5
                 m/s would compress them, initially or later, count as just touching there; those of the initial position
-                are named in a warning. "raise": an error instead. "keep": they are pressed together, without a warning.
+                are named in a warning, and the two bodies of a weld or connect constraint among them do not touch.
+                "raise": an error instead. "keep": they are pressed together, without a warning.
 
     Raises:
         ValueError: The model cannot be read, or the law cannot serve a contact; the message names the geom.
@@ -178,6 +179,8 @@ def _compile_with_contacts(
         except ValueError as error:
             raise ValueError(f"contacts[{one.number}]: {error}") from None
     compiled = _compiled(spec)
+    if overlaps == "relax" and exclude_held(spec, compiled):
+        compiled = _compiled(spec)
     if isinstance(contacts, Mapping) and not instances_of(compiled):
         warnings.warn("contacts: no two geoms that may touch are both in the table", ContactWarning, stacklevel=3)
     if overlaps != "keep":
