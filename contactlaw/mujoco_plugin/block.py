@@ -53,7 +53,7 @@ HEAD = record(
     calm="i8",  # how the last step went, see `callbacks.move_world`
     signature="u8", content="u8",  # hashes of the model: of its sizes and names; of all numbers that the law reads
     geoms="u8",  # address of the geom of each shape of the world
-    reported="u8",  # address of the codes that have been reported of each instance, see `notices`
+    reported="u8",  # address of the codes that have been reported of each instance, for all mjData: see `notices`
     about="i8", about_a="i8", about_b="i8",  # instance and geoms of the present report; -1: none
     # within a step
     model="u8", data="u8",

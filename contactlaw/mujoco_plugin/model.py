@@ -23,6 +23,7 @@ from contactlaw.mujoco_plugin.instances import (
     contact_of_kinds,
     instances,
 )
+from contactlaw.mujoco_plugin.notices import reported_of
 from contactlaw.mujoco_plugin.shapes import check_served
 from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
@@ -137,7 +138,7 @@ class Model:
             "mocaps": with_rows(np.zeros(0, MOCAP), self._mocaps), "mocap_count": len(self._mocaps),
             "trees": with_rows(np.zeros(0, JOINTED), self._trees), "tree_count": len(self._trees),
             "places": np.concatenate([*self._place_of_v, *self._places]),
-            "geoms": np.array(geoms, np.int64), "reported": np.zeros(len(self._contacts), np.int64),
+            "geoms": np.array(geoms, np.int64), "reported": reported_of(m, len(self._contacts)).ctypes.data,
             "ranges": watch, "range_count": len(watch), "watched": values,
             "height_ranges": int(m.nhfielddata > 0), "sense": sensors.address() if senses else 0,
             "sensors": with_rows(np.zeros(0, SENSOR), listed), "sensor_count": len(listed),
