@@ -20,6 +20,7 @@ from contactlaw.material import Material, material_of
 COUPLING_TO_MENTION = 0.2  # Dundurs-type constant beyond which a pair warns
 DEEPEST = 0.1  # overlap over radius, up to which a contact counts as small (Hertz)
 TOO_DEEP = f"overlap over radius is {{:.2g}}: beyond {DEEPEST} Hertz contact is no longer right"
+PASSING = "so deep in each other that no normal is unique: they pass through each other until they have parted"
 FOUND_IN = "found in each other by {:.2g} of the radius: that depth counts as none as long as it lasts"
 
 

@@ -46,12 +46,14 @@ HEAD = record(
     # of mass of its body in the frame of its geom
     sense="u8", sensing="i8", averages="i8", loads="u8", body_count="i8", sensors="u8", sensor_count="i8", centres="u8",
     frees="u8", free_count="i8", mocaps="u8", mocap_count="i8", trees="u8", tree_count="i8",
+    # for each velocity its place in its tree, then the number of that, -1: none; then what `JOINTED` has places of
+    places="u8",
     token="f8",  # of the state that the world is in
     idle="i8",  # the world has no contacts
     calm="i8",  # how the last step went, see `callbacks.move_world`
     signature="u8", content="u8",  # hashes of the model: of its sizes and names; of all numbers that the law reads
     geoms="u8",  # address of the geom of each shape of the world
-    reported="u8",  # address of the codes that have been reported of each instance, see `notices`
+    reported="u8",  # address of the codes that have been reported of each instance, for all mjData: see `notices`
     about="i8", about_a="i8", about_b="i8",  # instance and geoms of the present report; -1: none
     # within a step
     model="u8", data="u8",
@@ -77,11 +79,11 @@ MOCAP = record(body="i8", id="i8")
 
 JOINTED = record(
     tree="i8",  # in the world
-    q="i8", v="i8",  # where its coordinates and velocities begin
-    base="i8",  # number in the model of the parent of its first body
+    q="i8", v="i8",  # where the places of its coordinates and of its velocities begin in `HEAD.places`
+    base="i8",  # number in the model of the parent of its first body, if a mocap body carries it; else 0
     there="i8",  # PASSES or SLEEPS: why its bodies are where its coordinates have them already; else ASKED
 )  # fmt: skip
-"""A kinematic tree."""
+"""A kinematic tree, or several that equality constraints make one system."""
 
 SENSOR = record(
     own="i8",  # a sensor of the law; else a touch sensor

@@ -23,6 +23,7 @@ from contactlaw.mujoco_plugin.instances import (
     contact_of_kinds,
     instances,
 )
+from contactlaw.mujoco_plugin.notices import reported_of
 from contactlaw.mujoco_plugin.shapes import check_served
 from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
@@ -53,6 +54,8 @@ class Model:
         self._rows: dict[int, int] = {}  # of each body its number in the world, without the world's own row
         self._frames: dict[int, Pose] = {}  # of moving bodies: MuJoCo's body frame in the principal axes
         self._trees: list[dict[str, Any]] = []
+        self._place_of_v = np.full((2, view.nv), -1)  # of each velocity its place in its tree, and the tree's number
+        self._places: list[NDArray[np.int64]] = []  # of the coordinates and the velocities of each tree
         self._frees: list[dict[str, Any]] = []
         self._mocaps: list[dict[str, Any]] = []
         self._add_bodies()
@@ -102,7 +105,9 @@ class Model:
             for geom, shape in self._geom_shapes.items()
         ]
         room = min(a.contacts.size, sum(each))
-        return state_size(max(room, 1), a.memory.shape[1], a.bodies.size, a.pairs.size)
+        # which trees equalities join is not known yet while the model is compiled, nor which bodies are in the world
+        bodies = max(a.bodies.size, self._m.nbody) if self._m.eq_type.size else a.bodies.size
+        return state_size(max(room, 1), a.memory.shape[1], bodies, a.pairs.size)
 
     def check(self) -> None:
         """Check that the law can serve the model; the pairs are known only once it is compiled as a whole.
@@ -132,7 +137,8 @@ class Model:
             "frees": with_rows(np.zeros(0, FREE), self._frees), "free_count": len(self._frees),
             "mocaps": with_rows(np.zeros(0, MOCAP), self._mocaps), "mocap_count": len(self._mocaps),
             "trees": with_rows(np.zeros(0, JOINTED), self._trees), "tree_count": len(self._trees),
-            "geoms": np.array(geoms, np.int64), "reported": np.zeros(len(self._contacts), np.int64),
+            "places": np.concatenate([*self._place_of_v, *self._places]),
+            "geoms": np.array(geoms, np.int64), "reported": reported_of(m, len(self._contacts)).ctypes.data,
             "ranges": watch, "range_count": len(watch), "watched": values,
             "height_ranges": int(m.nhfielddata > 0), "sense": sensors.address() if senses else 0,
             "sensors": with_rows(np.zeros(0, SENSOR), listed), "sensor_count": len(listed),
@@ -142,9 +148,8 @@ class Model:
 
     def _watched(self) -> tuple[NDArray[np.int64], Array]:
         """Return the `watched_ranges` of all that the world is made from: trees, and the bodies that carry geoms."""
-        parent, roots = self._m.body_parentid.tolist(), self._roots
-        bodies = {int(self._m.geom_bodyid[geom]) for geom in self._geom_shapes}
-        bodies |= set(np.flatnonzero(np.isin(roots, [roots[body] for body in bodies if roots[body]])).tolist())
+        parent = self._m.body_parentid.tolist()
+        bodies = {int(self._m.geom_bodyid[geom]) for geom in self._geom_shapes} | set(self._rows)
         for body in tuple(bodies):
             while body:
                 bodies.add(body)
@@ -172,14 +177,22 @@ class Model:
                 "body": row + 1, "id": body, "q": m.jnt_qposadr[m.body_jntadr[body]], "v": m.body_dofadr[body],
                 "offset": pose.place, "frame": pose.turn,
             })  # fmt: skip
-        for first in dict.fromkeys(int(root[body]) for body in carriers if m.body_dofnum[body] and not free[body]):
-            bodies = np.flatnonzero(root == first).tolist()  # including welded ones
-            rows = TreeRecords(m, bodies)
+        firsts = dict.fromkeys(int(root[body]) for body in carriers if m.body_dofnum[body] and not free[body])
+        for first in dict.fromkeys(min(self._system(first)) for first in firsts):
+            system = self._system(first)
+            bodies = np.flatnonzero(np.isin(root, system)).tolist()  # including welded ones
+            bases = {one: self._carrier(int(m.body_parentid[one])) for one in system}
+            led = any(m.body_mocapid[carrier] >= 0 for carrier, _ in bases.values())
+            poses = {} if led else {one: pose for one, (_, pose) in bases.items()}
+            rows = TreeRecords(m, bodies, poses, self._held)
             tree, made = self._world.add_tree_of(rows)
             for body, row, at, turn in zip(bodies, rows.row, rows.at, rows.quaternion, strict=True):
                 self._rows[body], self._frames[body] = made[row], Pose(at, turn)
-            base = int(m.body_parentid[first])
-            self._trees.append({"tree": tree, "q": rows.q_of[0], "v": rows.v_of[0], "base": base})
+            self._place_of_v[0, rows.v_of], self._place_of_v[1, rows.v_of] = np.arange(rows.v_of.size), tree
+            at = 2 * m.nv + sum(map(len, self._places))
+            base = int(m.body_parentid[first]) if led else 0
+            self._trees.append({"tree": tree, "q": at, "v": at + rows.q_of.size, "base": base})
+            self._places += [rows.q_of, rows.v_of]
         bases = {self._carrier(tree["base"])[0] for tree in self._trees}
         for body in sorted({*carriers, *(base for base in bases if m.body_mocapid[base] >= 0)}):
             if m.body_mocapid[body] >= 0:
@@ -204,7 +217,7 @@ class Model:
     def _free(self) -> NDArray[np.bool_]:
         """Which bodies move by a free joint alone.
 
-        A free body has mass, no armature or damping, no connect or weld constraint, and no child with mass or joints.
+        A free body has mass, no armature or damping, no equality constraint, and no child with mass or joints.
         """
         m, parent = self._m, self._m.body_parentid.tolist()
         counts = ((m.body_mass > 0.0) | (m.body_dofnum > 0)).tolist()
@@ -216,11 +229,55 @@ class Model:
         free[jointed] &= m.jnt_type[m.body_jntadr[jointed]] == int(mujoco.mjtJoint.mjJNT_FREE)
         dofs = m.body_dofadr[free][:, None] + np.arange(6)
         free[free] = ~((m.dof_armature[dofs] != 0.0) | (m.dof_damping[dofs] != 0.0)).any(1)
-        held = np.isin(m.eq_type, (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD)))
-        for ids in (m.eq_obj1id[held], m.eq_obj2id[held]):
-            at_site = m.eq_objtype[held] == int(mujoco.mjtObj.mjOBJ_SITE)
-            free[self._roots[ids[~at_site]]] = free[self._roots[m.site_bodyid[ids[at_site]]]] = False
+        for held in self._held:
+            free[self._roots[m.dof_bodyid[held]]] = False
         return free
+
+    @cached_property
+    def _held(self) -> list[list[int]]:
+        """The velocities of each equality constraint of bodies, joints or tendons."""
+        m, parent, out = self._m, self._m.body_parentid.tolist(), list[list[int]]()
+        for kind, objects, *ids in np.array([m.eq_type, m.eq_objtype, m.eq_obj1id, m.eq_obj2id]).T.tolist():
+            bodies, own = list[int](), list[int]()
+            for one in (number for number in ids if number >= 0):
+                if kind == mujoco.mjtEq.mjEQ_JOINT:
+                    own.append(int(m.jnt_dofadr[one]))
+                elif kind == mujoco.mjtEq.mjEQ_TENDON:
+                    bodies += self._bodies_of_tendon(one)
+                elif kind in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
+                    bodies.append(int(m.site_bodyid[one]) if objects == mujoco.mjtObj.mjOBJ_SITE else one)
+            for body in bodies:
+                while body:
+                    own += range(int(m.body_dofadr[body]), int(m.body_dofadr[body] + m.body_dofnum[body]))
+                    body = parent[body]
+            out.append(sorted(set(own)))
+        return out
+
+    def _bodies_of_tendon(self, tendon: int) -> list[int]:
+        """Return the bodies whose joints, sites or geoms a tendon passes."""
+        m, first, out = self._m, int(self._m.tendon_adr[tendon]), list[int]()
+        owner = {mujoco.mjtWrap.mjWRAP_JOINT: m.jnt_bodyid, mujoco.mjtWrap.mjWRAP_SITE: m.site_bodyid}
+        owner |= dict.fromkeys((mujoco.mjtWrap.mjWRAP_SPHERE, mujoco.mjtWrap.mjWRAP_CYLINDER), m.geom_bodyid)
+        for i in range(first, first + int(m.tendon_num[tendon])):
+            of_kind = owner.get(mujoco.mjtWrap(int(m.wrap_type[i])))
+            out += [] if of_kind is None else [int(of_kind[m.wrap_objid[i]])]
+        return out
+
+    def _system(self, first: int) -> list[int]:
+        """Return the first bodies of the trees that equality constraints make one system with a tree, itself included.
+
+        Trees that a mocap body carries are left apart.
+        """
+        m, system, left = self._m, [first], [first]
+        alone = lambda root: m.body_mocapid[self._carrier(int(m.body_parentid[root]))[0]] >= 0  # noqa: E731
+        while left and not alone(first):
+            one = left.pop()
+            for held in self._held:
+                roots = set(self._roots[m.dof_bodyid[held]].tolist())
+                new = [root for root in roots if one in roots and root not in system and not alone(root)]
+                system += new
+                left += new
+        return sorted(system)
 
     def _pose_of(self, geom: int) -> Pose:
         """Return the pose of a geom in the principal axes of the body that carries it."""

@@ -1,13 +1,16 @@
-"""Reports from the compiled callbacks to Python, each once for each plugin instance and `MjData`.
+"""Reports from the compiled callbacks to Python, each once for each plugin instance of a compiled model.
 
-The codes are bits of `reported`, the word in which the block notes what it has reported of an instance.
+The codes are bits of `reported`, the word in which the blocks of all `MjData` of a model note what has been reported of
+an instance.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from numba import types
+from numpy.typing import NDArray
 
 from contactlaw.memory import caller, set_whole, whole_at
 from contactlaw.mujoco_plugin.layout import jit
@@ -16,7 +19,7 @@ from contactlaw.world.contacts.doubts import doubt_value, doubts_of
 from contactlaw.world.data.access import contact_at, near_at, world_at
 from contactlaw.world.data.call import error_pending, raise_later
 
-FULL, DAMAGED, SWITCHED_OFF, UNSAVED, EDITED, TOWED = (1 << bit for bit in range(len(doubts.DOUBTS), 9))
+FULL, DAMAGED, SWITCHED_OFF, UNSAVED, EDITED, TOWED = (1 << bit for bit in range(len(doubts.DOUBTS), 10))
 
 TEXTS = doubts.TEXTS | {
     EDITED: "the model has been edited, and the law keeps the old values: ",
@@ -34,6 +37,21 @@ TEXTS = doubts.TEXTS | {
 
 call_report: Any = caller(types.void(types.int64, types.int64, types.float64))
 """Call void (*function)(int64 block, int64 code, double value) at an address."""
+
+
+_REPORTED: dict[int, dict[tuple[int, int], NDArray[np.int64]]] = {}  # by address of a model; living mjData have these
+
+
+def reported_of(view: Any, count: int) -> NDArray[np.int64]:
+    """Return the codes reported of each of `count` instances of a model, which all its `MjData` share."""
+    known = _REPORTED.setdefault(view.address, {})
+    return known.setdefault((view.signature, count), np.zeros(count, np.int64))
+
+
+def forget_reports(address: int) -> None:
+    """Forget what was reported of a model at an address: a new one is compiled there."""
+    for codes in _REPORTED.get(address, {}).values():
+        codes[:] = 0
 
 
 @jit

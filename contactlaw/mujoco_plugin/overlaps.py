@@ -39,19 +39,53 @@ def report_initial_overlaps(model: mujoco.MjModel, refuse: bool) -> None:
     Raises:
         ValueError: There are some, and refuse is True.
     """
-    data, view = mujoco.MjData(model), layout.view_of(model)
-    mujoco.mj_kinematics(model, data)
-    found = [
-        f"{view.label('geom', one)} and {view.label('geom', two)} by {1e3 * depth:.3g} mm"
-        for one, two, depth in overlaps_of(model, data)
-        if depth > INSIDE * min(reach for reach in model.geom_rbound[[one, two]] if reach > 0.0)
-    ]
+    found = _deep_overlaps(model)
     if not found:
         return
-    text = f"geoms overlap in the initial position of the model: {first_of(found, NAMED, 'pairs')}"
+    text = f"geoms overlap in the initial position of the model: {first_of([*found.values()], NAMED, 'pairs')}"
     if refuse:
         raise ValueError(f"overlaps = 'raise': {text}")
     warnings.warn(f"{text}; they count as just touching", ContactWarning, stacklevel=4)
+
+
+def exclude_held(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
+    """Exclude contacts between the two bodies of a connect or weld constraint that are built into each other.
+
+    The constraint holds them so, and there is no sensible normal along which they could push. Returns whether there are
+    any such bodies.
+    """
+    weld, ends, said = model.body_weldid, list[set[int]](), dict[tuple[int, int], str]()
+    fields = model.eq_type, model.eq_objtype, model.eq_obj1id, model.eq_obj2id
+    for kind, of, *both in np.array(fields).T.tolist():
+        if kind in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
+            bodies = model.site_bodyid[both] if of == mujoco.mjtObj.mjOBJ_SITE else both
+            ends.append({int(weld[body]) for body in bodies})
+    for geoms, text in (_deep_overlaps(model) if ends else {}).items():
+        bodies = (int(model.geom_bodyid[geoms[0]]), int(model.geom_bodyid[geoms[1]]))
+        if {int(weld[body]) for body in bodies} in ends:
+            said.setdefault(bodies, text)
+    every = list(spec.bodies) if said else []
+    for bodies in said:
+        names = []
+        for body in (next(body for body in every if body.id == number) for number in bodies):
+            body.name = body.name or f"body{body.id}"
+            names.append(body.name)
+        spec.add_exclude(bodyname1=names[0], bodyname2=names[1])
+    if said:
+        text = f"parts are built into each other: {first_of([*said.values()], NAMED, 'pairs')}"
+        warnings.warn(f"{text}; their bodies do not touch", ContactWarning, stacklevel=4)
+    return bool(said)
+
+
+def _deep_overlaps(model: mujoco.MjModel) -> dict[tuple[int, int], str]:
+    """Return geoms of the law that lie in each other too deep in the initial position, and the text for a message."""
+    data, view = mujoco.MjData(model), layout.view_of(model)
+    mujoco.mj_kinematics(model, data)
+    return {
+        (one, two): f"{view.label('geom', one)} and {view.label('geom', two)} by {1e3 * depth:.3g} mm"
+        for one, two, depth in overlaps_of(model, data)
+        if depth > INSIDE * min(reach for reach in model.geom_rbound[[one, two]] if reach > 0.0)
+    }
 
 
 def _near_pairs(model: mujoco.MjModel, data: mujoco.MjData, world: View) -> Iterator[tuple[int, int]]:

@@ -20,6 +20,7 @@ from contactlaw.mujoco_plugin.layout import record_at
 from contactlaw.mujoco_plugin.model import Model
 from contactlaw.mujoco_plugin.readout import View
 from contactlaw.mujoco_plugin.sensors import NUMBERS
+from contactlaw.mujoco_plugin.shapes import FLAT, UNSERVED, type_of
 from contactlaw.pair import ContactWarning
 from contactlaw.world.data import demand
 from contactlaw.world.data.records import EDITED, RESIZED, WORLD
@@ -40,6 +41,7 @@ def nstate(model: int, number: int) -> int:
     """Return the number of doubles in the state of an instance; called when a model is compiled."""
     try:
         view = layout.ModelView(model)
+        notices.forget_reports(model)
         return Model(view).state_size if leads(view, number) else 0
     except BaseException:  # `init`, called next, fails in the same way and gives the reason
         return 0
@@ -102,14 +104,17 @@ def _rebuild_block(model: int, data: int) -> str:
     old = record_at(slot.value, HEAD, 1)[0]
     changed = edits.update_watched(old)
     try:
+        kinds = _checked_types(view, changed["geom_type"])
         made = _new_block(view, first)
     except Exception as error:
-        return str(error)
+        return str(error) if "plugin_state" not in str(error) else f"{kinds}: needs more room than plugin_state has"
     new = record_at(made, HEAD, 1)[0]
     before, now = (record_at(int(head["world"]), WORLD, 1) for head in (old, new))
     now["edited"] = max(
-        before["edited"][0], RESIZED if any(changed[name] for name in ("geom_size", *edits.OF_FIELDS)) else EDITED
+        before["edited"][0],
+        RESIZED if any(changed[name] for name in ("geom_type", "geom_size", *edits.OF_FIELDS)) else EDITED,
     )
+    new["own_size"] = old["own_size"]  # room that another shape had stays
     View(new).pairs["friction"] = View(old).pairs["friction"]  # `set_friction` may have changed it
     new["newest"] = old["newest"]  # with what is known of the step under way
     nv, states = int(old["nv"]), STARTS * (1 + int(old["nq"]) + int(old["nv"]))
@@ -125,6 +130,18 @@ def _rebuild_block(model: int, data: int) -> str:
         if geom in geoms
     ]
     return f"{', '.join(bits)}: the law keeps its contacts; choose geoms anew with load_model" if bits else ""
+
+
+def _checked_types(view: layout.ModelView, geoms: list[int]) -> str:
+    """Return a text on the present types of geoms; raise an error if the law cannot serve an edit to one of them."""
+    texts = []
+    for geom in geoms:
+        kind, still = type_of(int(view.geom_type[geom])), int(view.body_weldid[view.geom_bodyid[geom]]) == 0
+        bare = kind in ("mesh", "hfield") and view.geom_dataid[geom] < 0
+        texts.append(f"geom_type = {kind} of geom {view.label('geom', geom)}")
+        if bare or kind in UNSERVED or (kind in FLAT and not still):
+            raise ValueError(f"{texts[-1]}: is no shape that it may become; compile the model anew")
+    return ", ".join(texts)
 
 
 @ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_double)

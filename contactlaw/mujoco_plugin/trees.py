@@ -23,7 +23,7 @@ the force is the engine's at the accelerations and velocities for which the engi
 both like a mass and a damper. r changes by h/2 J v in the mean over a step h. If the force were held constant, a weld
 would go on pushing a light hand with 20 times its weight after a contact has stopped the hand.
 
-Constraints that couple joints of two branches, or of two trees, are held constant.
+Trees that an equality joins are one system, and one tree of the world; those on a moving mocap body are left apart.
 """
 
 from __future__ import annotations
@@ -34,10 +34,9 @@ from typing import Any
 from numba import types
 
 from contactlaw.jit import address_of, compiling
-from contactlaw.memory import caller
+from contactlaw.memory import caller, doubles_at, whole_at
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import entry, floats, head_at, jointed_at, last_state, number
-from contactlaw.mujoco_plugin.free import same_as_left
+from contactlaw.mujoco_plugin.block import entry, floats, head_at, jointed_at, last_state, number, shifted
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.mujoco_plugin.notices import TOWED, report_once
 from contactlaw.world.bodies.motion import is_static
@@ -89,10 +88,10 @@ def read_trees(head):
     for i in range(head.tree_count):  # `find_passing` needs them where the engine's step has taken them
         j = jointed_at(head.trees, i)
         t = tree_at(w.trees, j.tree)
-        if is_lost(floats(d.qvel, j.v, t.v_size), head.step_size):
+        if is_lost(head, d.qvel, j, t):
             t.passes = PASSES  # the engine goes on with it by itself, without contacts, and finds it unstable
         if t.passes != DENIED:
-            set_bodies(t, floats(d.qpos, j.q, t.q_size), floats(d.qvel, j.v, t.v_size))
+            set_bodies(head, j, t, (d.qpos, d.qvel))
             for k in range(t.count):
                 b = body_at(t.bodies, k)
                 b.turned += head.step_size * norm(load(b.spin))
@@ -111,12 +110,43 @@ def read_trees(head):
 
 
 @jit
-def is_lost(v, step):
-    """Return whether a velocity, [m/s] or [rad/s], is so great that no motion can be followed from step to step [s]."""
+def gather(head, source, first, target):
+    """Copy numbers of the model, at an address, to those of a tree; their places begin at `first` in `head.places`."""
+    for i in range(target.size):
+        target[i] = number(source, whole_at(head.places, first + i))
+
+
+@jit
+def scatter(head, source, first, target):
+    """Copy numbers of a tree to those of the model, at an address; their places begin at `first` in `head.places`."""
+    for i in range(source.size):
+        doubles_at(shifted(target, whole_at(head.places, first + i)))[0] = source[i]
+
+
+@jit
+def places_in(head, state):
+    """Return the addresses of coordinates and velocities in a state at an address."""
+    return shifted(state, 1), shifted(state, 1 + head.nq)
+
+
+@jit
+def is_lost(head, velocities, j, t):
+    """Return whether a velocity, [m/s] or [rad/s], is so great that no motion can be followed from step to step."""
     lost = False
-    for i in range(v.size):
-        lost = lost or abs(v[i]) * step > LOST
+    for i in range(t.v_size):
+        lost = lost or abs(number(velocities, whole_at(head.places, j.v + i))) * head.step_size > LOST
     return lost
+
+
+@jit
+def is_as_left(head, j, t):
+    """Return whether the coordinates and velocities of a tree are still those at the end of the last step."""
+    differ = 0
+    for begin, first, size in ((1, j.q, t.q_size), (1 + head.nq, j.v, t.v_size)):
+        for i in range(size):
+            k = begin + whole_at(head.places, first + i)
+            differ |= whole_at(head.start, k) ^ whole_at(head.left, k)
+    return differ == 0
 
 
 @jit
@@ -128,14 +158,14 @@ def find_tree(head, j, t):
         copy(floats(d.xquat, 4 * j.base, 4), t.base_turn)
         if not is_static(body_at(w.bodies, t.hangs_on)):
             report_towed(head, w, j, t)
-    placed = not same_as_left(head, j.q, t.q_size, j.v, t.v_size)
+    placed = not is_as_left(head, j, t)
     for i in range(t.count):
         body_at(t.bodies, i).placed = 1 if placed else 0
     if placed:
         w.stale = 1
     t.passes = DENIED if body_at(t.bodies, 0).asleep != 0 else ASKED
     if placed or j.there != (SLEEPS if t.passes == DENIED else PASSES):
-        set_bodies(t, floats(head.start, 1 + j.q, t.q_size), floats(head.start, 1 + head.nq + j.v, t.v_size))
+        set_bodies(head, j, t, places_in(head, head.start))
     j.there = SLEEPS if t.passes == DENIED else ASKED
 
 
@@ -149,10 +179,10 @@ def report_towed(head, w, j, t):
 
 
 @jit
-def set_bodies(t, coordinates, velocities):
-    """Set the positions and velocities of the bodies of a tree from its coordinates and velocities."""
-    copy(coordinates, vector(t.start, t.q_size))
-    copy(velocities, vector(t.v, t.v_size))
+def set_bodies(head, j, t, state):
+    """Set positions and velocities of the bodies of a tree; state: addresses of coordinates and velocities."""
+    gather(head, state[0], j.q, vector(t.start, t.q_size))
+    gather(head, state[1], j.v, vector(t.v, t.v_size))
     clear(vector(t.x, t.v_size))
     call_with_body(t.move_from_start, body_at(t.bodies, 0))
 
@@ -162,18 +192,23 @@ def read_tree(head, j, t):
     """Read coordinates and velocities at the start of the step, and the forces besides contacts."""
     m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
     f, v, damping = vector(t.f, n), vector(t.v, n), vector(t.d, (n, n))
-    smooth, bias = floats(d.qfrc_smooth, j.v, n), floats(d.qfrc_bias, j.v, n)
-    held, given = floats(d.qfrc_constraint, j.v, n), floats(head.given, j.v, n)
+    coordinates, velocities = places_in(head, head.start)
     store(t.gravity, load(head.gravity))
-    copy(floats(head.start, 1 + j.q, t.q_size), vector(t.q, t.q_size))
-    copy(floats(last_state(head), 1 + head.nq + j.v, n), vector(t.v_f, n))
+    gather(head, coordinates, j.q, vector(t.q, t.q_size))
+    gather(head, places_in(head, last_state(head))[1], j.v, vector(t.v_f, n))
     clear(v)
     for i in range(n):
-        f[i] = (smooth[i] + bias[i]) + (held[i] - given[i])
-        axis_at(t.axes, i).side = 0.0
-        values = floats(d.qDeriv, entry(m.D_rowadr, j.v + i), entry(m.D_diag, j.v + i) + 1)
-        for p in range(values.size):  # sparse rows, as the engine keeps them
-            damping[i, p] = -values[p]
+        k, axis = whole_at(head.places, j.v + i), axis_at(t.axes, i)
+        f[i] = number(d.qfrc_smooth, k) + number(d.qfrc_bias, k)
+        f[i] = f[i] + (number(d.qfrc_constraint, k) - number(head.given, k))
+        axis.side = 0.0
+        entries, other, carrier = entry(m.D_rowadr, k) + entry(m.D_diag, k), i, i
+        for p in range(axis.depth, -1, -1):  # the engine keeps the entries of the axes that carry this one
+            damping[i, p] = 0.0
+            if other == carrier:
+                damping[i, p] = -number(d.qDeriv, entries)
+                entries, carrier = entries - 1, axis_at(t.axes, carrier).carrier
+            other = axis_at(t.axes, other).parent
     read_equalities(head, j, t)
     t.stale, t.span = 1, head.step_size
     if d.nl > 0:
@@ -181,7 +216,7 @@ def read_tree(head, j, t):
         read_limits(head, j, t)
     leads = head.lag > 0.0 and not (is_pressed(t) or body_at(t.bodies, 0).asleep != 0)
     a = rest_accelerations(t, head.step_size) if leads else vector(t.a, n)
-    copy(floats(head.start, 1 + head.nq + j.v, n), v)
+    gather(head, velocities, j.v, v)
     for i in range(n if leads else 0):
         v[i] += head.lag * a[i]  # the velocities at the time of the coordinates
     t.stale = 1
@@ -219,17 +254,16 @@ def write_tree(head, j, t):
     if not (touched or asleep):
         return
     d, v = data_at(head.data, 0), vector(t.v, n)
-    rates = floats(d.qvel, j.v, n)
-    copy(vector(t.q, t.q_size), floats(d.qpos, j.q, t.q_size))
-    copy(v, rates)
+    scatter(head, vector(t.q, t.q_size), j.q, d.qpos)
     if asleep:
-        clear(rates)
-    elif head.lag > 0.0 and not is_pressed(t):
+        clear(v)
+    scatter(head, v, j.v, d.qvel)
+    if head.lag > 0.0 and not (asleep or is_pressed(t)):
         clear(v)
         a = rest_accelerations(t, head.step_size)
-        copy(rates, v)
+        gather(head, d.qvel, j.v, v)
         for i in range(n):
-            rates[i] -= head.lag * a[i]
+            doubles_at(shifted(d.qvel, whole_at(head.places, j.v + i)))[0] -= head.lag * a[i]
 
 
 def press(block, b, arm, force, push):
@@ -240,12 +274,12 @@ def press(block, b, arm, force, push):
         if tree_at(world_at(head.world, 0).trees, j.tree).bodies == t.bodies:
             first = j.v
     link = link_at(t.links, b.member)
-    moment, push_io = cross(add(sub(load(b.position), load(t.origin)), arm), force), floats(push, first, t.v_size)
+    moment, push_io = cross(add(sub(load(b.position), load(t.origin)), arm), force), floats(push, 0, head.nv)
     k = link.first_axis + link.axes - 1
     while k >= 0:
         axis = axis_at(t.axes, k)
-        push_io[k] += dot(load(axis.spin), moment) + dot(load(axis.velocity), force)
-        k = axis.parent
+        push_io[whole_at(head.places, first + k)] += dot(load(axis.spin), moment) + dot(load(axis.velocity), force)
+        k = axis.carrier
 
 
 @jit
@@ -254,23 +288,24 @@ def read_limits(head, j, t):
     m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
     first = d.ne + d.nf
     answer, factor = vector(t.room, n), vector(t.factor, (n, n))
-    copy(floats(head.given, j.v, n), answer)
+    gather(head, head.given, j.v, answer)
     solve_lt(t, factor, answer, n - 1, True)
     solve_ld(t, factor, answer)
     for row in range(first, first + d.nl):
         joint, force = entry(d.efc_id, row), number(d.efc_force, row)
         if entry(d.efc_type, row) != layout.JOINT_LIMIT or entry(m.jnt_type, joint) < SLIDE or force <= 0.0:
             continue
-        k, coordinate = entry(m.jnt_dofadr, joint) - j.v, entry(m.jnt_qposadr, joint)
-        if k < 0 or k >= n:
+        place, coordinate = entry(m.jnt_dofadr, joint), entry(m.jnt_qposadr, joint)
+        if whole_at(head.places, head.nv + place) != j.tree:
             continue
+        k = whole_at(head.places, place)
         axis, ends, reference = axis_at(t.axes, k), floats(m.jnt_range, 2 * joint, 2), floats(d.efc_KBIP, 4 * row, 3)
-        q, v = number(last_state(head), 1 + coordinate), number(last_state(head), 1 + head.nq + j.v + k)
+        q, v = number(last_state(head), 1 + coordinate), number(last_state(head), 1 + head.nq + place)
         beyond, weight = number(d.efc_pos, row), number(d.efc_D, row)
         r = beyond - number(d.efc_margin, row)
         side = 1.0 if abs(q - ends[0] - beyond) < abs(ends[1] - q - beyond) else -1.0
         weight /= 1.0 + weight * mobility_along(t, k)
-        axis.side, axis.coordinate, axis.weight = side, coordinate - j.q, weight
+        axis.side, axis.weight = side, weight
         axis.edge = side * q - r
         axis.stiffness, axis.resistance = weight * reference[0] * reference[2], weight * reference[1]
         axis.hold = force + axis.stiffness * r + axis.resistance * side * v + weight * side * answer[k]
@@ -282,7 +317,8 @@ def read_equalities(head, j, t):
     """Read the equality constraints of a tree into E, D and f; f and D hold the other forces."""
     d, n = data_at(head.data, 0), t.v_size
     inertia, damping, row = vector(t.e, (n, n)), vector(t.d, (n, n)), vector(t.x, n)
-    f, v, a = vector(t.f, n), vector(t.v_f, n), floats(d.qacc, j.v, n)
+    f, v, a = vector(t.f, n), vector(t.v_f, n), vector(t.room, n)
+    gather(head, d.qacc, j.v, a)
     for k in range(n):
         clear(inertia[k])
     for i in range(d.ne):
@@ -306,24 +342,21 @@ def read_equalities(head, j, t):
 
 @jit
 def read_row(head, j, t, number):
-    """Write a row of the engine's Jacobian into x; return its last axis, -1 if the row couples branches or trees."""
+    """Write a row of the engine's Jacobian into x; return its last axis, -1 if it is not of this tree."""
     d, x = data_at(head.data, 0), vector(t.x, t.v_size)
     sparse = d.nJ != d.nefc * head.nv  # a sparse Jacobian without zeros has the order of a dense one
-    first = entry(d.efc_J_rowadr, number) if sparse else number * head.nv + j.v
-    values = floats(d.efc_J, first, entry(d.efc_J_rownnz, number) if sparse else t.v_size)
+    first = entry(d.efc_J_rowadr, number) if sparse else number * head.nv
+    values = floats(d.efc_J, first, entry(d.efc_J_rownnz, number) if sparse else head.nv)
     clear(x)
     last, left = -1, 0
     for i in range(values.size):
-        k = entry(d.efc_J_colind, first + i) - j.v if sparse else i
+        column = entry(d.efc_J_colind, first + i) if sparse else i
         if values[i] != 0.0:
-            if k < 0 or k >= t.v_size:
+            if whole_at(head.places, head.nv + column) != j.tree:
                 return -1
+            k = whole_at(head.places, column)
             x[k] = values[i]
             last, left = max(last, k), left + 1
-    if last >= 0 and not sparse:
-        left = 0
-        for value in floats(d.efc_J, number * head.nv, head.nv):
-            left += 1 if value != 0.0 else 0
     k = last
     while k >= 0:
         left -= 1 if x[k] != 0.0 else 0

@@ -88,9 +88,9 @@ def load_urdf(
     if isinstance(contacts, str | bytes) or not isinstance(contacts, Sequence) or not contacts:
         raise ValueError(f"contacts = {contacts!r}: must be a sequence of (links, other, pair), not empty")
     checks.truth("undamped", undamped)
-    client = callback._client
+    client, told = callback._client, {name: _option(name, value) for name, value in options.items()}
     try:
-        body = p.loadURDF(os.fspath(path), physicsClientId=client, **options)
+        body = p.loadURDF(os.fspath(path), physicsClientId=client, **told)
     except p.error as error:
         raise ValueError(
             f"path = {os.fspath(path)!r}: {error} (there must be such a file, here or in a folder of "
@@ -105,7 +105,8 @@ def load_urdf(
             twos: Any = entry[1]
             if _are_names(twos):
                 twos = links_of(body, twos, client=client, argument=f"contacts[{number}], other")
-            own = {**(settings or {}), **(entry[3] if len(entry) == 4 else {})}
+            last = checks.instance(f"contacts[{number}], settings", entry[3], Mapping) if len(entry) == 4 else {}
+            own = {**(settings or {}), **last}
             try:
                 handles.append(callback.add_contact(ones, twos, entry[2], **own))
             except ValueError as error:
@@ -118,6 +119,26 @@ def load_urdf(
     if undamped:
         p.changeDynamics(body, BASE, physicsClientId=client, **UNDAMPED)
     return Loaded(body, tuple(handles))
+
+
+def _option(name: str, value: Any) -> Any:
+    """Return a checked option of pybullet.loadURDF."""
+    if name == "basePosition":
+        return checks.vector(name, value).tolist()
+    if name == "baseOrientation":
+        if checks.finite_array(name, value).shape != (4,) or not np.any(value):
+            raise ValueError(f"{name} = {value!r}: must be a quaternion, scalar last")
+        return np.asarray(value, float).tolist()
+    if name == "globalScaling":
+        return checks.positive(name, value)
+    if name in ("useFixedBase", "useMaximalCoordinates"):
+        on = int(value) if isinstance(value, bool | np.bool_) else checks.count(name, value, 0, 1)
+        if on and name != "useFixedBase":
+            raise ValueError(f"{name} = {value!r}: must be False, as PyBullet does not tell the shapes of such a body")
+        return on
+    if name == "flags":
+        return checks.count(name, value, 0)
+    raise ValueError(f"{name}: is no option of pybullet.loadURDF, or is set by `callback`")
 
 
 def links_of(body: int | Iterable[int], *names: Names, client: int = 0, argument: str = "names") -> list[Key]:

@@ -344,3 +344,31 @@ def test_heights_that_are_edited_count_from_the_next_reset():
         mujoco.mj_step(model, data, 1000)
         places.append(data.qpos[2])
     assert places == pytest.approx([0.02, 0.025, 0.03], abs=1e-5)
+
+
+TYPED = """<mujoco><option timestep=".002"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+<body pos="0 0 .1"><freejoint/><geom name="one" type="{}" size=".1 .1 .1"/></body></worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize("kind", ["SDF", "HFIELD", "PLANE", "MESH", "CAPSULE", "BOX"])
+def test_a_type_that_a_geom_cannot_become_is_refused_and_the_old_one_stays(kind):
+    """Balls that became distance fields fell through, and those that became boxes were told of plugin_state."""
+    model, data = with_data(load_model(TYPED.format("sphere"), [("*", "*", ContactPair(RUBBER, RUBBER, 0.3, 0.5))]))
+    mujoco.mj_step(model, data, 3)
+    model.geom_type[1] = getattr(mujoco.mjtGeom, f"mjGEOM_{kind}")
+    with pytest.warns(ContactWarning, match=f"keeps the old values: geom_type = {kind.lower()} of geom 'one'") as said:
+        mujoco.mj_step(model, data, 100)
+    assert len(said) == 1
+    assert data.qpos[2] == pytest.approx(0.1, abs=2e-3)
+
+
+def test_a_box_that_becomes_a_ball_lies_on_as_one():
+    """It needs less of plugin_state; that was taken for damaged."""
+    model, data = with_data(load_model(TYPED.format("box"), [("*", "*", ContactPair(RUBBER, RUBBER, 0.3, 0.5))]))
+    mujoco.mj_step(model, data, 300)
+    model.geom_type[1] = mujoco.mjtGeom.mjGEOM_SPHERE
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        mujoco.mj_step(model, data, 300)
+    assert not [one for one in said if "found in each other" not in str(one.message)]
+    assert data.qpos[2] == pytest.approx(0.1, abs=5e-3)

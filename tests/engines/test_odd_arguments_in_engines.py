@@ -66,6 +66,16 @@ def test_pybullets_callback_names_what_it_refuses(client):
 
     words = {"body_a": "link_a", "body_b": "link_b"}  # of a body and its link
     check_odd_arguments(add, {**SETTINGS, "body_a": ball, "body_b": floor, "link_a": -1, "link_b": -1}, words)
-    check_odd_arguments(load, {"path": f"{data}/sphere2.urdf", "undamped": True, "settings": None})
+    path = f"{data}/sphere2.urdf"
+    check_odd_arguments(load, {"path": path, "undamped": True, "settings": None, "contacts": [("*", floor, PAIR)]})
+    options: dict[str, object] = {"basePosition": [0, 0, 1], "baseOrientation": [0, 0, 0, 1], "useFixedBase": False}
+    options |= {"useMaximalCoordinates": False, "flags": 0, "globalScaling": 1.0}
+    outcome = dict.fromkeys(("globalScaling", "useFixedBase"), "contacts[0]")  # the law serves no such body
+    check_odd_arguments(lambda **named: load(path=path, **named), options, outcome)
+    with pytest.raises(ValueError, match="physicsClientId: is no option"):
+        load(path=path, physicsClientId=client)
+    entry = {"links": "*", "other": floor, "pair": PAIR, "own": {}}
+    words |= dict.fromkeys(entry, "contacts[0]")
+    check_odd_arguments(lambda **named: load(path=path, contacts=[tuple(named.values())]), entry, words)
     for name in ("state", "states", "ledger", "remove_contact"):
         check_odd_arguments(lambda handle, name=name: getattr(callback, name)(handle), {"handle": 99})

@@ -339,3 +339,18 @@ def test_a_set_is_taken_from_bullet_and_given_back(client: int) -> None:
     for _ in range(20):
         p.stepSimulation(client)
     np.testing.assert_allclose([velocities(client, body)[0][0] for body in balls[3:5]], 0.5, atol=0.05)
+
+
+@pytest.mark.parametrize("lift", [0.2, 0.9, 24.0])
+def test_a_force_on_a_body_at_rest_relieves_what_carries_it(client: int, lift: float) -> None:
+    """Before a step was Bullet's first, what slept left with g h more, or hopped.
+
+    lift: the force over the weight, for one step.
+    """
+    body, callback, _ = resting(client)
+    fall, place = 9.81 * p.getPhysicsEngineParameters(physicsClientId=client)["fixedTimeStep"], [0.0, 0.0, RADIUS]
+    p.applyExternalForce(body, -1, [0.0, 0.0, lift * 0.5 * 9.81], place, p.WORLD_FRAME, physicsClientId=client)
+    callback.step()
+    callback.step()
+    left = (lift - 1.5) * fall if lift > 1.0 else 0.0  # in free flight Bullet's velocity is half a step behind
+    assert velocities(client, body)[0][2] == pytest.approx(left, abs=0.02 * fall)

@@ -144,7 +144,7 @@ JOINT = record(
 """A joint of a link. Several joints of one link act in sequence, the first next to the parent."""
 
 AXIS = record(
-    parent="i8", depth="i8",  # the axis that carries it, -1: none; how many carry it
+    carrier="i8", parent="i8", depth="i8",  # axis that carries it, next in its row of the factor, or -1; how many
     begins="i8",  # 0: second or third axis of a ball joint; all three turn with what carries the joint
     armature="f8",  # [kg] or [kg m^2], inertia of the joint itself
     inverse="f8",  # inverse pivot of the factor

@@ -167,7 +167,7 @@ def is_built_in(w, i, j, overlap):
     there, and there is no normal along which they could push. overlap: whether the cores overlap now.
     """
     sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
-    if not (meets(sa.kind, sb.kind) and sb.kind < PLANE and root_of(w, sa.body) == root_of(w, sb.body)):
+    if not (meets(sa.kind, sb.kind) and sb.kind < PLANE and is_one_mechanism(w, sa.body, sb.body)):
         return False
     slot = slot_of(w, i, j)
     if slot >= 0:
@@ -176,14 +176,23 @@ def is_built_in(w, i, j, overlap):
 
 
 @jit_inside
+def is_one_mechanism(w, i, j):
+    """Return whether two bodies belong to one tree, or one that is carried by the other or its carrier."""
+    own = body_at(w.bodies, i).tree
+    return (own != 0 and own == body_at(w.bodies, j).tree) or root_of(w, i) == root_of(w, j)
+
+
+@jit_inside
 def root_of(w, i):
     """Return the first body of the mechanism of body i: of its tree, or what carries that, unless by a free joint."""
     b = body_at(w.bodies, i)
     if b.tree == 0:
         return i
-    t = tree_at(b.tree, 0)
-    free = joint_at(t.joints, link_at(t.links, 0).first_joint).kind == FREE_JOINT
-    return t.first if free else t.hangs_on
+    t, k = tree_at(b.tree, 0), b.member
+    while link_at(t.links, k).parent >= 0:
+        k = link_at(t.links, k).parent
+    free = joint_at(t.joints, link_at(t.links, k).first_joint).kind == FREE_JOINT
+    return t.first + k if free else t.hangs_on
 
 
 @jit_inside

@@ -7,10 +7,13 @@ M is found from composite rigid bodies, and c, gravity included, from the forces
 it. In M = L^T D L, D here the pivots, L has entries only where one degree of freedom carries the other. So an impulse
 on a body needs a pass over the axes that carry it, and its response one pass over all others.
 
-Row k of the factor holds the entries of the axes that carry axis k, the root's first, and its own last, so that the row
-of each of these axes is laid out as the first part of row k. The damping D and the inertia E, by which soft constraints
-resist acceleration, are symmetric and laid out likewise: coupling of joints in two branches, as by a tendon, is not in
-them.
+A soft constraint between two branches, or between two trees that it makes one system, couples axes of which none
+carries the other. Then the axes that a row has entries of are those above it in the elimination tree
+(`TreeRecords._order_factor`), which include those that carry it.
+
+Row k of the factor holds these entries, the root's first, and its own last, so that the row of each of these axes is
+laid out as the first part of row k. The damping D and the inertia E, by which soft constraints resist acceleration, are
+symmetric and laid out likewise: other coupling of joints in two branches, as by a damped tendon, is not in them.
 """
 
 from __future__ import annotations
@@ -47,11 +50,14 @@ def accelerate(t):
             own = axis.armature + held[k, p] + dot(e, angular) + dot(s, linear)
             lag = max(t.lag, t.span) if t.span * resistance > STIFF * own else t.lag
             m[k, p] = own + lag * resistance
-            j = axis.parent
+            j, carrier = axis.parent, axis.carrier
             while j >= 0:
                 one = axis_at(t.axes, j)
                 p -= 1
-                m[k, p] = t.lag * d[k, p] + held[k, p] + dot(load(one.spin), angular) + dot(load(one.velocity), linear)
+                m[k, p] = t.lag * d[k, p] + held[k, p]
+                if j == carrier:
+                    m[k, p] = m[k, p] + dot(load(one.spin), angular) + dot(load(one.velocity), linear)
+                    carrier = one.carrier
                 j = one.parent
         if link.parent >= 0:
             parent = link_at(t.links, link.parent)
@@ -312,15 +318,18 @@ def spread_acceleration(t):
 def add_impulse(t, b, impulse, moment, x, left):
     """x <- left x + J^T (p, m), of an impulse [N s] on a body's centre of mass and an angular impulse [N m s].
 
-    Only entries of the axes that carry the body are set; returns the last of these.
+    Only entries of the axes in one row of the factor are set, that of the last axis of the body, which is returned.
     """
     link = link_at(t.links, b.member)
     last = link.first_axis + link.axes - 1
     moment = add(cross(sub(load(b.position), load(t.origin)), impulse), moment)
-    k = last
+    k, carrier = last, last
     while k >= 0:
         axis = axis_at(t.axes, k)
-        x[k] = left * x[k] + dot(load(axis.spin), moment) + dot(load(axis.velocity), impulse)
+        x[k] = left * x[k]
+        if k == carrier:
+            x[k] = x[k] + dot(load(axis.spin), moment) + dot(load(axis.velocity), impulse)
+            carrier = axis.carrier
         k = axis.parent
     return last
 

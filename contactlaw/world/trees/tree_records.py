@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from contactlaw.world.data.frames import ALIKE, CONJUGATE, Pose, matrix_of, principal, product
+from contactlaw.world.data.frames import ALIKE, CONJUGATE, IDENTITY, Pose, matrix_of, principal, product
 from contactlaw.world.data.records import AXIS, BALL, FREE_JOINT, HINGE, JOINT, LINK, SLIDE, Array, Arrays
 from contactlaw.world.trees.coordinates import numbers
 
@@ -25,8 +26,10 @@ class TreeRecords:
             mass [kg] and principal moments [kg m^2] (body_mass, body_inertia). Of each joint: jnt_type, 0 free, 1 ball,
             2 slide, 3 hinge; jnt_pos, jnt_axis in the body's frame; first coordinate and velocity (jnt_qposadr,
             jnt_dofadr). Of all coordinates qpos0; of all velocities dof_armature, dof_damping.
-        bodies: Numbers of the tree's bodies, parents before children; the first is carried by the world or by a body
-            that is not among them.
+        bodies: Numbers of the tree's bodies, parents before children. The first, and others of which soft constraints
+            make one system with it, are carried by the world or by a body that is not among them.
+        bases: Of a body that is carried so: the pose of what carries it, if that is not `TREE.base`.
+        joined: Sets of velocities of the model, each coupled by a soft constraint.
 
     Attributes:
         links, joints, axes: Records (`records.LINK`, `JOINT`, `AXIS`).
@@ -40,7 +43,10 @@ class TreeRecords:
             another joint.
     """
 
-    def __init__(self, model: Any, bodies: Sequence[int]) -> None:
+    def __init__(
+        self, model: Any, bodies: Sequence[int], bases: Mapping[int, Pose] = MappingProxyType({}),
+        joined: Iterable[Iterable[int]] = (),
+    ) -> None:  # fmt: skip
         known = {int(body): number for number, body in enumerate(bodies)}
         heads = [body for body in known if model.body_jntnum[body] > 0]
         link_of = {body: number for number, body in enumerate(heads)}
@@ -60,7 +66,8 @@ class TreeRecords:
         for body, number in known.items():  # poses are in the frames of links until the links are complete
             before = known.get(int(model.body_parentid[body]))
             pose = Pose(np.array(model.body_pos[body]), np.array(model.body_quat[body]))
-            pose = pose if before is None else Pose(self.at[before], self.quaternion[before]).then(pose)
+            base = bases.get(body, IDENTITY) if before is None else Pose(self.at[before], self.quaternion[before])
+            pose = base.then(pose)
             if body not in link_of:
                 if before is None:
                     raise ValueError(f"bodies: body {body} has no joint and hangs on no other of the tree")
@@ -75,6 +82,7 @@ class TreeRecords:
                 raise ValueError(f"bodies: body {body} has a free joint behind another joint")
             joint += int(link["joints"])
         self._hang_joints(model, joints, kinds)
+        self._order_factor(joined)
         self._weigh(model, list(known))
 
     def _hang_joints(self, model: Any, joints: list[int], kinds: list[int]) -> None:
@@ -86,7 +94,7 @@ class TreeRecords:
             row["reference"] = self.start[q]
             turns = V_SIZE[kind] - (3 if kind == FREE_JOINT else 0)
             begins = [1] * (V_SIZE[kind] - turns) + [1] + [0] * (turns - 1)
-            self.axes["begins"][v : v + V_SIZE[kind]] = begins
+            self.axes["begins"][v : v + V_SIZE[kind]], self.axes["coordinate"][v : v + V_SIZE[kind]] = begins, q
             q, v = q + Q_SIZE[kind], v + V_SIZE[kind]
         for link in self.links:
             own = slice(int(link["first_joint"]), int(link["first_joint"] + link["joints"]))
@@ -95,9 +103,28 @@ class TreeRecords:
             parent = self.links[link["parent"]] if link["parent"] >= 0 else None
             before = -1 if parent is None else int(parent["first_axis"] + parent["axes"]) - 1
             for k in range(int(link["first_axis"]), int(link["first_axis"] + link["axes"])):
-                self.axes["parent"][k] = before
-                self.axes["depth"][k] = 0 if before < 0 else self.axes["depth"][before] + 1
+                self.axes["carrier"][k] = before
                 before = k
+
+    def _order_factor(self, joined: Iterable[Iterable[int]]) -> None:
+        """Set which entries the rows of the factor have, from the elimination tree of the mass matrix.
+
+        Row k of M has entries of the axes that carry axis k and of those that are coupled with it. Elimination of k
+        couples all of these with each other (Liu 1990, The role of elimination trees in sparse factorization).
+        """
+        place = {int(v): k for k, v in enumerate(self.v_of)}
+        couples = [sorted(place[v] for v in one if v in place) for one in joined]
+        before = [{k} - {-1} for k in self.axes["carrier"].tolist()]
+        for one in couples:
+            for i, k in enumerate(one):
+                before[k].update(one[:i])
+        self.axes["parent"] = -1
+        for k in range(len(before) - 1, -1, -1):
+            if before[k]:
+                parent = self.axes["parent"][k] = max(before[k])
+                before[parent] |= before[k] - {parent}
+        for k, parent in enumerate(self.axes["parent"].tolist()):
+            self.axes["depth"][k] = 0 if parent < 0 else self.axes["depth"][parent] + 1
 
     def _weigh(self, model: Any, bodies: list[int]) -> None:
         """Set mass, centre of mass and principal axes of each link, from all bodies merged in it."""
