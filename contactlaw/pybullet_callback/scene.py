@@ -25,7 +25,7 @@ from contactlaw.world.readout import mean_impulses
 from contactlaw.world.shapes.description import tangent
 
 # state that is saved, and kept when contacts are added or removed: of `Tree`, and of a body of the world
-TREE_STATE = ("left", "force", "push", "pressed")
+TREE_STATE = ("left", "force", "push", "pressed", "last_torque", "limit", "strongest")
 BODY_STATE = ("asleep", "held", "momentum", "position", "quaternion", "axes")
 
 
