@@ -55,7 +55,7 @@ class ContactCallback:
         point. Without `pair.radius` a ball on a box's edge is warned of.
       * Masses and inertias are read when bodies come near each other, and when a pressed body does not move as it
         should; call `look` if they are changed in the step before an impact. For bodies with joints only the former
-        holds.
+        holds. A body whose mass becomes zero, or is zero no longer, can be pushed no longer, or again, a step later.
       * Bullet's default damping and its limit of 100 m/s and 100 rad/s dissipate energy. Set
         changeDynamics(body, -1, linearDamping=0, angularDamping=0, maxJointVelocity=1e6).
       * Removing a contact enables the native response of its pairs, whatever collision groups say: earlier settings of
