@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from numba import carray  # pyright: ignore[reportPrivateImportUsage]
-
 from contactlaw.jit import jit, jit_inside
-from contactlaw.memory import doubles_at
 from contactlaw.pybullet_callback.read import read_accelerations
 from contactlaw.pybullet_callback.rows import (
     ASLEEP,
@@ -92,15 +89,13 @@ def check_contacts(head, w):
     for k in range(head.count):
         r = row_at(head.rows, k)
         r.was_pressed, r.pressed = r.pressed, 0
-    seen = carray(doubles_at(head.seen), w.contact_room)
     for slot in range(w.contact_room):
         c = contact_at(w.contacts, slot)
         if c.phase == FREE:
-            seen[slot] = 0.0
             continue
-        known, bits = int(seen[slot]), doubts_of(w, c)
-        flags |= NOTED if bits & ~known != 0 else 0
-        seen[slot] = known | bits
+        bits = doubts_of(w, c)
+        flags |= NOTED if bits & ~c.noted != 0 else 0
+        c.noted |= bits
         if c.phase == CLOSED:
             row_at(head.rows, c.body_a - 1).pressed = 1
             row_at(head.rows, c.body_b - 1).pressed = 1

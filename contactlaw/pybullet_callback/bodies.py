@@ -67,6 +67,7 @@ class Bodies:
 
     Attributes:
         dt: Time step [s].
+        outdated: Whether a body has got a mass, or lost it, so that other bodies than before can move.
     """
 
     def __init__(
@@ -83,6 +84,7 @@ class Bodies:
         self._head["simple"] = self._simple = not (trees or measured)
         self._head_at = self._head.ctypes.data
         self.rows["left"]["position"] = np.nan
+        self.outdated = False
         self._pushes = list[Callable[[], Any]]()
         self.dt, self._parameters, self._falls = 0.0, (), False
         self._fall: Any = ()  # change of velocity in a step of free fall
@@ -92,15 +94,16 @@ class Bodies:
         simple = np.flatnonzero(self.rows["in_tree"] == 0).tolist()
         self._simple_rows = set(simple)
         self.bind(world.arrays)
+        self._heavy = dict.fromkeys(k for k in simple if _mass_of(keys[k], client)[0] > 0.0)
         self.read_masses(simple)
-        self._heavy = dict.fromkeys(k for k in simple if self.rows["mass"][k] > 0.0)
         self._moving = [(keys[k][0], k * SIZE) for k in self._heavy]
-        fixed = [(keys[k], k * SIZE) for k in simple if self.rows["mass"][k] == 0.0]
+        fixed = [(keys[k], k * SIZE) for k in simple if k not in self._heavy]
         bases = self._moving + [(body, at) for (body, link), at in fixed if link == BASE]
         self._bases = [
             (partial(p.getBasePositionAndOrientation, body, client), partial(p.getBaseVelocity, body, client),
              partial(MOTION_FORMAT.pack_into, self._bytes, at + BEFORE)) for body, at in bases
         ]  # fmt: skip
+        self._base_rows = [at // SIZE for _, at in bases]
         self._velocities = [
             (read[1], partial(SIX_FORMAT.pack_into, self._bytes, at + VELOCITY_AFTER))
             for read, (_, at) in zip(self._bases, self._moving, strict=False)
@@ -113,23 +116,28 @@ class Bodies:
     def bind(self, arrays: Arrays) -> None:
         """Set the addresses of the world's arrays in the head."""
         self._world._arrays = self.arrays = arrays.bound()
-        self._state, self.seen = arrays.world, np.zeros(arrays.contacts.size)
-        head = self._head
+        self._state, head = arrays.world, self._head
         head["world"], head["rows"], head["selected"] = (
             a.ctypes.data for a in (self._state, self.rows, self._selected)
         )
-        head["seen"], head["count"] = self.seen.ctypes.data, len(self.keys)
+        head["count"] = len(self.keys)
         self._passed, self._sleep = False, False
         self._last, self._after = [NOTHING] * len(self.keys), [()] * len(self.keys)  # read before and after a step
         self._flown = list[Any]()  # velocities after a step in which all bodies were far apart
 
     def read_masses(self, rows: Iterable[int]) -> None:
-        """Read masses and inertias of bodies without joints; wake those that have others than before."""
+        """Read masses and inertias of bodies without joints; wake those that have others than before.
+
+        Bodies that have got a mass, or lost it, keep the old one: `outdated` is then set.
+        """
         for k in rows:
             mass, moments = _mass_of(self.keys[k], self._client)
             if (mass, *moments) == MASS_FORMAT.unpack_from(self._bytes, k * SIZE + MASS):
                 continue
             row, own, inertia = self.rows[k], self.arrays.bodies[k + 1], np.array(moments)
+            if (mass > 0.0) != (k in self._heavy):
+                self.outdated = True
+                continue
             row["mass"], row["inertia"] = mass, inertia
             own["inverse_mass"] = 1.0 / mass if mass > 0.0 else 0.0
             own["inverse_inertia"] = np.divide(1.0, inertia, np.zeros(3), where=(mass > 0.0) & (inertia > 0.0))
@@ -250,7 +258,7 @@ class Bodies:
             if done == NOT_FINITE:
                 self._refuse()
             if done == NO_ROOM and not PENDING_ERROR:  # the truth of PENDING_ERROR raises an error that was stored
-                self._make_room()
+                self.bind(with_more_room(self.arrays))
                 continue
             if self._simple and self._read_parameters():
                 begin_step(self._head_at)
@@ -268,7 +276,7 @@ class Bodies:
         self.read_masses([k for k in placed if k in self._simple_rows] if self.trees else placed)
         self._state["stale"] = 1
         while step(self._state, 0.0, 1) == 0:
-            self._make_room()
+            self.bind(with_more_room(self.arrays))
         find_pressed(self._head_at)
         for one in self.trees:
             if one.placed:
@@ -279,23 +287,22 @@ class Bodies:
     def _is_pressed(self, one: Tree) -> bool:
         return bool(self.rows["pressed"][one.members].any())
 
-    def _make_room(self) -> None:
-        seen = self.seen
-        self.bind(with_more_room(self.arrays))
-        self.seen[: seen.size] = seen
-
     def _read(self, passed: bool = False) -> bool:
         """Read poses and velocities of bodies into the rows; return whether one has changed.
 
         passed: all bodies were far apart; their velocities are taken to be those that were read then.
         """
-        new, last, flown = False, self._last, self._flown
+        new, last, flown, moving, moved = False, self._last, self._flown, len(self._moving), []
         for i, (pose, velocity, write) in enumerate(self._bases):
             state = pose(), flown[i] if passed else velocity()
             if state != last[i]:
+                if i >= moving and last[i] is not NOTHING:
+                    moved.append(self._base_rows[i])
                 last[i], new = state, True
                 (x, q), (v, w) = state
                 write(*x, *q, *v, *w)
+        if moved:
+            self.read_masses(moved)
         for (body, link), at in self._fixed_links:
             state = p.getLinkState(body, link, 1, 1, self._client)
             MOTION_FORMAT.pack_into(self._bytes, at + BEFORE, *state[0], *state[1], *state[6], *state[7])

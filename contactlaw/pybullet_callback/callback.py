@@ -55,7 +55,7 @@ class ContactCallback:
         point. Without `pair.radius` a ball on a box's edge is warned of.
       * Masses and inertias are read when bodies come near each other, and when a pressed body does not move as it
         should; call `look` if they are changed in the step before an impact. For bodies with joints only the former
-        holds.
+        holds. A body whose mass becomes zero, or is zero no longer, can be pushed no longer, or again, a step later.
       * Bullet's default damping and its limit of 100 m/s and 100 rad/s dissipate energy. Set
         changeDynamics(body, -1, linearDamping=0, angularDamping=0, maxJointVelocity=1e6).
       * Removing a contact enables the native response of its pairs, whatever collision groups say: earlier settings of
@@ -126,8 +126,8 @@ class ContactCallback:
         for other in _ALL - {self}:
             there = other._client == self._client and all(map(other._tags.is_there, other._tags.bodies))
             known += [("a contact of another ContactCallback", one) for one in other._contacts.values() if there]
-        sets = sets_of(self._client, a, b, pair, known)
-        contact = Contact(pair, checks.count("substeps", substeps, LEAST_SUBSTEPS), sides, sets, radius)
+        sets, fixed = sets_of(self._client, a, b, pair, known)
+        contact = Contact(pair, checks.count("substeps", substeps, LEAST_SUBSTEPS), sides, sets, fixed, radius)
         engine_parameters(self._client)
         handle = next(self._handles)
         self._change(self._contacts | {handle: contact})
@@ -182,7 +182,14 @@ class ContactCallback:
         NEXT.pop(self._client, None)
 
     def look(self) -> None:
-        """Read masses, inertias, joints, and poses of fixed bodies again."""
+        """Read masses, inertias, joints, and poses of fixed bodies again.
+
+        Raises:
+            ValueError: A body has been removed.
+        """
+        self._tags.check()
+        for contact in self._contacts.values():
+            contact.find_fixed(self._client)
         self._change(self._contacts)
 
     def __call__(self) -> None:
@@ -206,7 +213,9 @@ class ContactCallback:
         if (count := p.getNumBodies(self._client)) != self._body_count or self._tags.first() != self._tags.text:
             self._tags.check()
             self._body_count = count
-        scene = self._made or self._scene
+        if self._made and self._made.bodies.outdated:
+            self.look()
+        scene = self._scene
         try:
             flags = scene.bodies.take_step()
         except p.error:  # its message does not name the body
@@ -248,8 +257,8 @@ class ContactCallback:
         if flags & LISTED and scene.bodies.near_masses_changed():
             self.look()
         if flags & NOTED:
-            for slot, record in scene.contacts():
-                for two, text in scene.new_warnings(slot, record):
+            for _, record in scene.contacts():
+                for two, text in scene.new_warnings(record):
                     warnings.warn(f"{two}: {text}", ContactWarning, stacklevel=3)
 
     def _contact(self, handle: Any) -> Contact:

@@ -66,6 +66,7 @@ class Contact:
         substeps: Least number in a contact.
         sides: Shapes of both sets by body and link.
         sets: Which of them may touch, by body and link.
+        fixed: Bodies that cannot move.
         rounding: Radius of edges [m]; None: see `world.shapes.description.ROUNDING`.
         told: Pairs that have been warned of, and the text.
     """
@@ -74,8 +75,17 @@ class Contact:
     substeps: int
     sides: dict[Key, Side]
     sets: Sets
+    fixed: set[int]
     rounding: float | None = None
     told: set[tuple[Key, Key, str]] = field(default_factory=set)
+
+    def find_fixed(self, client: int) -> None:
+        """Find anew which bodies cannot move: one that has been given a mass may touch others that cannot."""
+        fixed = _fixed(client, self.bodies)
+        if fixed != self.fixed:
+            self.fixed.clear()
+            self.fixed.update(fixed)
+            self.set_native(client, False, self.bodies)
 
     def set_native(self, client: int, enabled: bool, there: set[int]) -> None:
         """Enable or disable Bullet's own response of its pairs, as far as both bodies are there."""
@@ -91,8 +101,10 @@ class Contact:
 
 def sets_of(
     client: int, a: list[Side], b: list[Side], pair: ContactPair, others: Iterable[tuple[str, Contact]]
-) -> Sets:
-    """Return which pairs of two sets may touch: each of A with each of B, each pair once, but no link with its parent.
+) -> tuple[Sets, set[int]]:
+    """Return which pairs of two sets may touch, and the set of bodies that cannot move, of which no two may.
+
+    Each of A may touch each of B, each pair once, but no link its parent. The sets follow changes of that set.
 
     Args:
         client: Physics client id.
@@ -106,7 +118,7 @@ def sets_of(
     """
     sides = {side.key: side for side in (*a, *b)}
     bodies, single = {side.body for side in sides.values()}, len(a) == 1 and len(b) == 1
-    fixed = {body for body in bodies if not can_move(client, body)}
+    fixed = _fixed(client, bodies)
     free = {body for body in bodies - fixed if p.getNumJoints(body, client) == 0}
     if single and a[0].key == b[0].key:
         raise ValueError(f"body_b = {b[0].body}, link_b = {b[0].link}: the same as a; a contact needs two")
@@ -129,4 +141,8 @@ def sets_of(
         check_served(pair, one, two, one.body in free or two.body in free)
     if not kinds:
         raise ValueError("body_a, body_b: no two of them can touch; a contact needs two bodies, one that can move")
-    return sets
+    return sets, fixed
+
+
+def _fixed(client: int, bodies: set[int]) -> set[int]:
+    return {body for body in bodies if not can_move(client, body)}

@@ -41,7 +41,7 @@ ROW = record(
 """A body of the world in PyBullet."""
 
 HEAD = record(
-    world="u8", rows="u8", seen="u8", count="i8",  # `seen`: of each slot the bits of `contacts.doubts` found so far
+    world="u8", rows="u8", count="i8",
     dt="f8", gravity=VECTOR,
     simple="i8",  # no body has joints, no shape must be measured
     refreshed="i8",  # the readings that OTHERS or UNKNOWN asked for have been made in this step

@@ -25,7 +25,7 @@ from contactlaw.world.readout import mean_impulses
 from contactlaw.world.shapes.description import tangent
 
 # state that is saved, and kept when contacts are added or removed: of `Tree`, and of a body of the world
-TREE_STATE = ("left", "force", "push", "pressed")
+TREE_STATE = ("left", "force", "push", "pressed", "last_torque", "limit", "strongest")
 BODY_STATE = ("asleep", "held", "momentum", "position", "quaternion", "axes")
 
 
@@ -149,11 +149,11 @@ class Scene:
             one, two, sign = two, one, -1.0
         return contact, contact.sides[one], contact.sides[two], sign
 
-    def new_warnings(self, slot: int, record: Any) -> Iterator[tuple[str, str]]:
+    def new_warnings(self, record: Any) -> Iterator[tuple[str, str]]:
         """Yield warnings about a contact that have not been given for its two sides: the sides, and the text."""
         contact, one, two, _ = self.sides_of(record)
         for bit, text in TEXTS.items():
-            if int(self.bodies.seen[slot]) & bit and (one.key, two.key, text) not in contact.told:
+            if int(record["noted"]) & bit and (one.key, two.key, text) not in contact.told:
                 contact.told.add((one.key, two.key, text))
                 yield f"{one} and {two}", text.format(plain(doubt_value)(record, bit))
 

@@ -10,8 +10,11 @@ a free base a force and a couple.
 A motor of PyBullet is a constraint: it keeps the speed of its joint with up to its greatest force. In a contact within
 a step such a joint is given an armature that is heavy against what it carries. (A constant force instead would come a
 step late and shake a robot off its feet.) Which joints are held is read from their response to the push in Bullet's own
-step: one whose motor is at its limit gains as much speed as a free one. A joint that its motor's torque hardly moves is
-held too, pushed or not, so that a foot that is just lifted is as heavy when it lands.
+step. A joint that its motor's torque hardly moves is held too, pushed or not, so that a foot that is just lifted is as
+heavy when it lands. A motor at its limit gives a constant force and holds nothing. PyBullet does not tell the limit: a
+motor has reached it if its torque is the same in two steps while it accelerates its joint. The armature of a joint that
+moves is at most such that its momentum is what the motor can give in a step with the greatest torque that it has had:
+else a finger would press what it meets with many times the force of its motor.
 """
 
 from __future__ import annotations
@@ -91,7 +94,8 @@ class Tree:
         self.left = np.full(self.q_size, np.nan)  # coordinates as the last step left them
         self.start = self.left, np.zeros(self.v_size)  # coordinates and velocities at the start of the step
         self.force, self.push = np.zeros((2, self.v_size))
-        self.torque = np.zeros(0)
+        self.torque, self.last_torque, self.strongest = np.zeros((3, len(self._scalars)))
+        self.limit = np.full_like(self.torque, np.inf)
         self.placed = self.pressed = False
         self._joints: Array | None = None
         links, before = self.rows.links, self.rows.links["parent"].tolist()
@@ -184,13 +188,22 @@ class Tree:
             tree["base"], (x, y, z, w) = p.getBasePositionAndOrientation(self.body, self._client)
             tree["base_turn"] = w, x, y, z
 
-    def _find_forces(self, gained: Array) -> None:
-        """Find the forces on the joints, and which joints a motor held against `push`, from a step's accelerations."""
+    def _find_forces(self, v: Array, dt: float) -> None:
+        """Find the forces on the joints, and which joints a motor held against `push`, from velocities after a step."""
+        gained = (v - self.start[1]) / dt
         known, i = self.matrix @ self.free_acceleration, self._scalars
-        armature, inertia = self._axes["armature"][i], self.matrix[i, i]
-        torque = np.abs(self.torque)
-        held = np.abs(gained[i]) * (inertia - armature) < np.maximum(np.abs(self.push[i]), CARRIES * torque)
-        self._axes["armature"][i] = np.where(held & (torque > 0.0), HELD * (inertia - armature), 0.0)
+        armature, torque = self._axes["armature"][i], np.abs(self.torque)
+        inertia, speed = self.matrix[i, i] - armature, np.abs(v[i])
+        accelerating = np.abs(gained[i]) * inertia
+        same = np.abs(torque - self.last_torque) <= EXACT * torque
+        self.limit[torque > (1.0 + EXACT) * self.limit] = np.inf
+        self.limit = np.where(same & (accelerating > EXACT * torque), torque, self.limit)
+        self.last_torque = torque
+        held = accelerating < np.maximum(np.abs(self.push[i]), CARRIES * torque)
+        held &= (torque > 0.0) & (torque < (1.0 - EXACT) * self.limit)
+        self.strongest = np.maximum(self.strongest, torque)
+        most = np.divide(dt * self.strongest, speed, np.full_like(speed, np.inf), where=speed > 0.0)
+        self._axes["armature"][i] = np.where(held, np.minimum(HELD * inertia, most), 0.0)
         self.matrix[i, i] += self._axes["armature"][i] - armature
         self.force += self.matrix @ gained - known - self.push
 
@@ -213,7 +226,7 @@ class Tree:
     def read_forces(self, world: Arrays, dt: float) -> None:
         """After Bullet's step: find the forces on the joints within it."""
         self.after = self.read()
-        self._find_forces((self.after[1] - self.start[1]) / dt)
+        self._find_forces(self.after[1], dt)
         self._place(world, dt)
 
     def write_back(self, world: Arrays, dt: float, pressed: bool) -> None:

@@ -354,3 +354,46 @@ def test_a_force_on_a_body_at_rest_relieves_what_carries_it(client: int, lift: f
     callback.step()
     left = (lift - 1.5) * fall if lift > 1.0 else 0.0  # in free flight Bullet's velocity is half a step behind
     assert velocities(client, body)[0][2] == pytest.approx(left, abs=0.02 * fall)
+
+
+@pytest.mark.parametrize("begun", [False, True], ids=["new", "running"])
+def test_a_body_held_by_zero_mass_falls_and_bounces_once_it_has_its_mass(client: int, begun: bool) -> None:
+    """It has the law on the floor, and Bullet's own contact (which does not bounce) stays off, also in sets to which
+    it was added while it could not move."""
+    floor, held, other = plane(client), ball(client, [0, 0, 0.1]), ball(client, [0.2, 0, RADIUS])
+    p.changeDynamics(held, -1, mass=0.0, physicsClientId=client)
+    callback = ContactCallback(client)
+    if begun:
+        callback.add_contact([held, other], [held, other, floor], pair_of(restitution=1.0))
+    else:
+        p.changeDynamics(held, -1, mass=0.5, physicsClientId=client)
+        callback.add_contact(held, floor, pair_of(restitution=1.0))
+        p.changeDynamics(held, -1, mass=0.0, physicsClientId=client)
+    p.setGravity(0, 0, -9.81, client)
+    p.setTimeStep(1 / 240, client)
+    step(callback, 20)
+    assert p.getBasePositionAndOrientation(held, client)[0][2] == 0.1
+    p.changeDynamics(held, -1, mass=0.5, localInertiaDiagonal=[0.2 * RADIUS**2] * 3, physicsClientId=client)
+    heights = []
+    for _ in range(120):
+        step(callback)
+        heights.append(p.getBasePositionAndOrientation(held, client)[0][2])
+    assert RADIUS - 1e-4 < min(heights) < RADIUS + 0.01
+    assert max(heights[40:]) == pytest.approx(0.1, rel=0.03)
+    p.changeDynamics(held, -1, mass=0.0, physicsClientId=client)
+    p.resetBaseVelocity(held, [0, 0, 0], physicsClientId=client)
+    place = p.getBasePositionAndOrientation(held, client)[0]
+    step(callback, 60)
+    assert p.getBasePositionAndOrientation(held, client)[0] == place
+
+
+def test_each_contact_is_warned_of_though_it_takes_the_room_of_another(client: int) -> None:
+    """Two soft balls strike hard, the second in the step after that in which the first one leaves."""
+    floor = plane(client)
+    balls = [ball(client, [x, 0, RADIUS + gap], [0, 0, -10.0]) for x, gap in enumerate((0.02, 0.187))]
+    callback = ContactCallback(client)
+    callback.add_contact(balls, floor, pair_of("rubber", friction=0.0))
+    p.setTimeStep(1 / 60, client)
+    with pytest.warns(ContactWarning) as caught:
+        step(callback, 4)
+    assert [str(one.message).split(" and ")[0] for one in caught] == [f"body {one}" for one in balls]

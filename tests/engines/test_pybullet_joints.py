@@ -184,6 +184,36 @@ def test_a_position_motor_carries_a_ball(client: int) -> None:
     assert p.getBasePositionAndOrientation(body, client)[0][2] == pytest.approx(0.52 + RADIUS, abs=1e-3)
 
 
+def test_light_fingers_hold_a_soft_ball_with_the_greatest_force_of_their_motors(client: int) -> None:
+    """They close fast, are at the limit of their motors as soon as they touch, and neither bounce nor let go."""
+    radius, limit, rail = 0.02, 20.0, shape(client, p.GEOM_BOX, halfExtents=[0.01, 0.02, 0.02])
+    hand = p.createMultiBody(
+        0.0, -1, -1, [0, 0, 1.0], linkMasses=[0.1, 0.1], linkCollisionShapeIndices=[rail, rail],
+        linkVisualShapeIndices=[-1, -1], linkPositions=[[-0.05, 0, 0], [0.05, 0, 0]],
+        linkOrientations=[[0, 0, 0, 1]] * 2, linkInertialFramePositions=[[0, 0, 0]] * 2,
+        linkInertialFrameOrientations=[[0, 0, 0, 1]] * 2, linkParentIndices=[0, 0],
+        linkJointTypes=[p.JOINT_PRISMATIC] * 2, linkJointAxis=[[1, 0, 0], [-1, 0, 0]],
+        physicsClientId=client,
+    )  # fmt: skip
+    for link in range(2):
+        p.changeDynamics(hand, link, physicsClientId=client, **FREE)
+    body = ball(client, [0, 0, 1.0], radius=radius, mass=0.1)
+    pair = ContactPair("rubber", "steel", friction=0.8, restitution=0.3)
+    callback, handle = in_contact(client, [(hand, 0), (hand, 1)], [(body, -1)], pair, dt=1 / 240)
+    forces = []
+    for number in range(480):
+        p.setJointMotorControlArray(
+            hand, [0, 1], p.POSITION_CONTROL, [0.04, 0.04], forces=[limit] * 2, physicsClientId=client
+        )
+        if number == 120:
+            p.setGravity(0, 0, -G, client)
+        callback.step()
+        forces.append([state.normal_force for state in callback.states(handle)])
+    assert max(max(one, default=0.0) for one in forces) < 4.0 * limit
+    np.testing.assert_allclose(forces[120:], limit, rtol=2e-3)
+    assert abs(p.getBasePositionAndOrientation(body, client)[0][2] - 1.0) < 5e-5
+
+
 def test_a_restart_is_exact_with_joints(client: int) -> None:
     racket = paddle(client, 2.0)
     body = ball(client, [0.405, 0.0, 2.0 * RADIUS + 2e-3], [0.1, 0, -1.0], [3, 4, 5])

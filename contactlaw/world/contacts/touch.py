@@ -171,8 +171,8 @@ def clear_torsion(state):
 
 @jit_inside
 def clear_ledger(c):
-    """Set the ledger of a contact, and its initial overlap, to zero."""
-    c.initial_overlap, c.touches, c.duration = 0.0, 0, 0.0
+    """Set the ledger of a contact, its initial overlap, and what has been noted of it to zero."""
+    c.initial_overlap, c.touches, c.duration, c.noted = 0.0, 0, 0.0, 0
     c.deepest, c.strongest, c.normal_work, c.friction_work = 0.0, 0.0, 0.0, 0.0
     store(c.impulse, (0.0, 0.0, 0.0))
     store(c.earlier, (0.0, 0.0, 0.0))

@@ -23,7 +23,10 @@ SCALE = 0.0312022  # of the fit of ln(R sqrt(p q)) in ln(1 + SCALE ln^2(q/p))
 FIT = (1.3265492, 0.13058459, 0.11675849)  # its coefficients
 FLATTEST = 1e-5  # ratio of curvatures, at least: the range of the fit
 ALIGNED = 1.0 - 1e-9  # cosine of the angle between a normal and an axis of a box from which it counts as a face's
-UNCLEAR = "touching at the edge of a box, with R = {:.3g} m taken from the ball or capsule; give the pair its radius"
+UNCLEAR = (
+    "touching at the edge of a box, or with the side of a capsule on a box: R = {:.3g} m is taken from the ball or "
+    "capsule; give the pair its radius"
+)
 
 
 @jit_inside
