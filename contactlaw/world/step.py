@@ -23,8 +23,9 @@ from contactlaw.world.data.demand import IMPLICIT, STEP
 from contactlaw.world.data.records import ASKED, BOUNDED, DENIED, MEASURED, NEVER, PARTED, PASSES, TANGENT, TWIST_ALWAYS
 from contactlaw.world.data.vec import load, store
 from contactlaw.world.island import integrate
-from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, gap_left, separate_at_start, stays_open
+from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, gap_left, stays_open
 from contactlaw.world.near.listing import count_slots, list_near, may_leave_margin
+from contactlaw.world.near.passing import separate_at_start
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.sleep import is_disturbed, wake, wake_body
 from contactlaw.world.window import activate, list_islands, plan_window, shortest_new_impact
@@ -86,8 +87,6 @@ def find_pressed(w):
         gaps_needed = gaps_needed or b.placed != 0 or b.tree != 0
     if w.stale != 0 or (gaps_needed and any_guard_exceeded(w, -NEVER, 2.0 * w.step)):
         list_near(w)
-    for k in range(w.guard_count if gaps_needed else 0):
-        separate_at_start(w, guard_at(w.guards, k))
     for k in range(w.nears):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
@@ -96,7 +95,11 @@ def find_pressed(w):
         if p.closed != 0:
             mark_pressed(a)
             mark_pressed(b)
-    for k in range(w.nears if gaps_needed else 0):  # after closed pairs: a tree that is pressed needs no gaps
+    for k in range(w.guard_count if gaps_needed else 0):  # after closed pairs: a tree that is pressed needs no gaps
+        g = guard_at(w.guards, k)
+        if needs_gap(body_at(w.bodies, g.body_a)) or needs_gap(body_at(w.bodies, g.body_b)):
+            separate_at_start(w, g)
+    for k in range(w.nears if gaps_needed else 0):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         if p.closed != 0 or not (needs_gap(a) or needs_gap(b)):

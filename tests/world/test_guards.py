@@ -16,6 +16,7 @@ from contactlaw.world.bodies.motion import fly
 from contactlaw.world.data.access import body_at, guard_at, near_at
 from contactlaw.world.near.guards import gap_bound, meet_half_space, path_bound, raise_listed_gap, update_guard
 from contactlaw.world.near.listing import list_near
+from contactlaw.world.near.relative import closing_along
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.step import begin
 from contactlaw.world.trees.description import Joint, Part, Tree
@@ -176,3 +177,61 @@ def test_one_look_does_for_all_parts_of_two_shapes_that_are_far_apart() -> None:
     assert any(looked)
     assert max(map(len, looked)) == 1
     assert world.arrays.world["kicks"][0] == 0
+
+
+@jit
+def fly_along(world, n, times, slides, places, reach):
+    """Fly two bodies to times of a step; write bounds on the mean speed of B against n from the start, and their poses.
+
+    n: fixed to B. slides: bounds on the mean closing speed and on the path by its growth; places (m, 2, 12): positions
+    and axes of both.
+    """
+    w = world[0]
+    begin(w, STEP)
+    a, b = body_at(w.bodies, 1), body_at(w.bodies, 2)
+    a.reach = reach
+    for m in range(times.size):
+        now, growth, mean = closing_along(a, b, (n[0], n[1], n[2]), times[m])
+        slides[m, 0] = mean * times[m]
+        slides[m, 1] = (now + 0.5 * growth * times[m]) * times[m]
+    for m in range(times.size):
+        for i in range(2):
+            body = body_at(w.bodies, 1 + i)
+            fly(body, times[m])
+            for k in range(3):
+                places[m, i, k] = body.position[k]
+            for k in range(9):
+                places[m, i, 3 + k] = body.axes[k]
+
+
+@pytest.mark.parametrize("linked", [False, True])
+def test_no_point_comes_down_on_a_plane_faster_than_it_is_promised(linked: bool) -> None:
+    """A body in the frame of another one; both fly, or are links of an arm, of which the second carries the first."""
+    rng, reach, least, closest = np.random.default_rng(3), 0.05, np.inf, np.inf
+    for _ in range(30):
+        world, turn = World(gravity=0.0, timestep=STEP), rng.choice([1.0, 30.0])
+        inertia = np.array([3.0, 4.0, 5.0]) * 1e-5
+        if linked:
+            hinges = [[Joint("hinge", axis=axis / np.linalg.norm(axis))] for axis in rng.normal(size=(2, 3))]
+            spread = 0.1 * rng.normal(size=(2, 3))
+            parts = [Part(0.1, inertia, hinges[0], position=spread[0])]
+            parts += [Part(0.1, inertia, hinges[1], parent=0, position=spread[1])]
+            world.add_tree(Tree(parts), v=turn * rng.normal(size=2))
+        else:
+            for place in 0.1 * rng.normal(size=(2, 3)):
+                world.add_body(0.1, inertia, place, rng.normal(size=3), rng.normal(size=4), turn * rng.normal(size=3))
+        n = rng.normal(size=3)
+        n /= np.linalg.norm(n)
+        times = np.linspace(0.0, STEP, 21)
+        slides, places = np.zeros((21, 2)), np.zeros((21, 2, 12))
+        fly_along(world.arrays.bound().world, n, times, slides, places, reach)
+        at, axes = places[..., :3], places[..., 3:].reshape(21, 2, 3, 3)
+        points = rng.normal(size=(200, 3))
+        points *= reach / np.linalg.norm(points, axis=1)[:, None]
+        apart = at[:, None, 0] + np.einsum("mij,pj->mpi", axes[:, 0], points) - at[:, None, 1]
+        heights = np.einsum("mpi,mij,j->mp", apart, axes[:, 1], n)
+        fallen = (heights[0] - heights).max(axis=1)[1:]
+        least = min(least, float((slides[1:] - fallen[:, None]).min()))
+        closest = min(closest, float((slides[1:, 0] / np.maximum(fallen, 1e-9)).min()))
+    assert least >= -ROUNDING
+    assert closest < 1.1  # the bound is not loose

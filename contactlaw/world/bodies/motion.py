@@ -286,16 +286,39 @@ def decay(b):
 
 
 @jit_inside
-def change_bound(b, reach, time):
+def change_bound(b, reach, time, most=1.0):
     """Return a bound on the change, by joints, of the acceleration [m/s^2] of a point within a time [s].
 
     The point is within `reach` [m] of the centre of mass. The body and its ancestors turn at a rate r at most:
     centripetal acceleration r^2 reach. The other bodies of the tree accelerate it from directions that turn at most as
     fast as the fastest of them, by no more than the load on them times the geometric mean of both mobilities
-    (Cauchy-Schwarz). A vector that turns changes by at most twice its length.
+    (Cauchy-Schwarz). A vector that turns changes by at most twice its length. `most` [rad] is 1, or 3 for six times the
+    mean change of the velocity over that time, divided by it: of min(r t, 1) the mean of the integral is at most
+    time min(r time, 3)/6.
     """
     if b.tree == 0:
         return 0.0
-    t, own = tree_at(b.tree, 0), turn_rate(b)
-    pull = min(t.max_acceleration, t.effort * sqrt(mobility_bound(b, reach)))
-    return 4.0 * (pull * min(t.rate * time, 1.0) + own * own * reach * min(own * time, 1.0))
+    return pull_bound(b, reach, time, most) + 4.0 * reach * turn_rate(b) ** 2 * min(turn_rate(b) * time, most)
+
+
+@jit_inside
+def pull_bound(b, reach, time, most):
+    """Return the part of `change_bound` by the other bodies of the tree."""
+    t = tree_at(b.tree, 0)
+    return 4.0 * min(t.max_acceleration, t.effort * sqrt(mobility_bound(b, reach))) * min(t.rate * time, most)
+
+
+@jit_inside
+def turning_change_bound(b, reach, time, most):
+    """Return the change, by joints, of the acceleration [m/s^2] along its path of a point that a body turns.
+
+    That is `change_bound` without the centripetal acceleration, which turns the velocity of the point, but does not
+    raise it. What remains of it is the precession of the body's axes: by the rate of its parent, if it has one axis.
+    """
+    if b.tree == 0:
+        return 0.0
+    link, own = link_at(tree_at(b.tree, 0).links, b.member), turn_rate(b)
+    carried = own
+    if link.axes == 1:
+        carried = link_at(tree_at(b.tree, 0).links, link.parent).rate if link.parent >= 0 else 0.0
+    return pull_bound(b, reach, time, most) + 4.0 * reach * own * carried * min(own * time, most)

@@ -220,16 +220,16 @@ NEAR = record(
 GUARD = record(
     a="i8", b="i8", body_a="i8", body_b="i8",  # whole shapes; their bodies, possibly interchanged
     lead="i8", next="i8",  # first guard between these bodies, which counts their motion; next such guard of `body_a`
-    unlisted="i8",  # 1: none of the shapes' parts is listed
     place=VECTOR, turn=MATRIX,  # pose of A in B's frame, principal axes as columns, at the last update
-    limit="f8",  # [m] that A may move there before near pairs must be listed anew
-    moved="f8", speed="f8",  # [m] that it has moved since the list, and [m/s] its speed within the step, at most
-    speed_now="f8", last_speed="f8", last_speed_now="f8",  # speed of A there now; both before the last update
-    last_move="f8",  # [m] that it moved between the last two updates, at most
-    normal=VECTOR, separation="f8",  # of a separating plane, in the frame of b's body; [m] by which it separates them
-    separated="i8",  # 1: that plane has separated them throughout a step, see `near.passing`
+    unlisted="i8", limit="f8",  # 1: no parts are listed; [m] that A may move there before near pairs are listed anew
+    moved="f8", speed="f8",  # [m] that it has moved since the list, and [m/s] its mean speed in the step, at most
+    # its speed there now, and before the last update; [m] that it moved between the last two updates, at most
+    speed_now="f8", last_speed_now="f8", last_move="f8",
+    normal=VECTOR, separation="f8",  # of a separating plane, in B's frame; [m] by which it separates them
+    # [m/s], [rad/s] motion of A there at the start of a step; 1: that plane has separated them throughout it
+    slide=VECTOR, twist=VECTOR, separated="i8",
     plane_time="f8", low="f8", high="f8",  # [s] of the step when it was found; least height of a, greatest of b [m]
-    apart="f8", closing="f8", speed_time="f8",  # cores stay apart until [s], close at most at [m/s]; found at [s]
+    apart="f8", closing="f8", growth="f8", speed_time="f8",  # apart until [s]; closing [m/s], its growth; found at [s]
     time="f8", lag="f8",  # [s] of the step at the last update; [m] by which one body may have lagged behind the other
 )  # fmt: skip
 """Bounds on how two shapes move relative to each other, see `near.guards`."""

@@ -36,8 +36,6 @@ def is_persistent(w, bodies, pairs):
     unknowns = 0
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
-        if b.oriented != 0 and norm(load(b.spin)) * w.step > LARGEST_TURN:
-            return False
         b.unknown = -1
         b.active = 0
         if b.tree != 0:
@@ -60,10 +58,20 @@ def is_persistent(w, bodies, pairs):
             b.active = max(b.active, p.closed)
             if b.still != 0:
                 b.unknown = -1
+    for i in range(bodies):
+        b = body_at(w.bodies, whole_at(w.island_bodies, i))
+        if (b.active != 0 or b.tree == 0) and turns_far(w, b):
+            return False
     for i in range(pairs):
         if strikes(w, near_at(w.near, whole_at(w.island_pairs, i))):
             return False
     return closed > 0
+
+
+@jit_inside
+def turns_far(w, b):
+    """Return whether a body turns so far within the step that its contacts and gaps are not those of its start."""
+    return b.oriented != 0 and norm(load(b.spin)) * w.step > LARGEST_TURN
 
 
 @jit_inside
@@ -73,6 +81,8 @@ def strikes(w, p):
     if p.closed == 0:
         if p.gap < 0.0 and -p.gap > TOUCHING * radius_of(w, p, a, b)[0]:
             return True  # so that `touch.begin_contact` treats the overlap as an initial one
+        if turns_far(w, a) or turns_far(w, b):
+            return p.toi < w.step
         closing, gap, push = max(p.closing, 0.0), max(p.gap, 0.0), max_push(p, a, b)
         return time_to_close(gap, p.closing, push) < w.step and closing * closing + 2.0 * push * gap > 0.0
     c = contact_at(w.contacts, p.slot)

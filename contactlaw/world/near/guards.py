@@ -7,9 +7,9 @@ frame of the other, B. Between two updates no point of A moves by more than
     |p - p0| + 2 sin(theta/2) L          2 sin^2(theta/2) = (3 - tr M0^T M)/2
 
 with the centre of mass at p0 and p, the rotations M0 and M, the angle theta between them, and A's reach L. From the
-last update to a later time no point moves further than a bound on its speed allows. A pair whose gap is wider than the
-sum is not measured, at the cost of one comparison a step. Of all guards between the same two bodies the first one
-counts the motion.
+last update to a later time no point moves further than a bound on its mean speed allows. A pair whose gap is wider
+than the sum is not measured, at the cost of one comparison a step. Of all guards between the same two bodies the first
+one counts the motion.
 """
 
 from __future__ import annotations
@@ -17,12 +17,13 @@ from __future__ import annotations
 from math import sqrt
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.bodies.bounds import spin_bound, turning_bound
-from contactlaw.world.bodies.motion import acceleration_of, change_bound, greatest_closing
+from contactlaw.world.bodies.bounds import spin_bound
+from contactlaw.world.bodies.motion import change_bound, greatest_closing
 from contactlaw.world.data.access import body_at, guard_at, shape_at
 from contactlaw.world.data.call import ask_separation
 from contactlaw.world.data.records import BOX, CYLINDER, EDGE, NEVER, PLANE
-from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub, to_body, to_world
+from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, store, sub, to_body, to_world
+from contactlaw.world.near.relative import closing_along, relative_speed
 from contactlaw.world.shapes.geometry import centre, half_axis
 
 ROUNDING = 1e-15  # of the trace of M0^T M
@@ -102,32 +103,17 @@ def update_moved(w, g):
 
 @jit_inside
 def update_guard(w, g, left):
-    """Update a guard's motion, and its bounds on A's speed in B's frame: now, and within a time [s] to come."""
+    """Update a guard's motion, and its bounds on A's speed in B's frame: now, and in the mean over a time [s] to come.
+
+    The bounds grow with time, so that the mean over any part of it from now on is no greater.
+    """
     a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
     update_moved(w, g)
     g.time = min(a.time, b.time)
     delay = abs(a.time - b.time)
     g.lag = delay * surface_speed(a if a.time < b.time else b, delay) if delay > 0.0 else 0.0
-    g.last_speed, g.last_speed_now = g.speed, g.speed_now
+    g.last_speed_now = g.speed_now
     g.speed_now, g.speed = relative_speed(a, b, left)
-
-
-@jit_inside
-def relative_speed(a, b, left):
-    """Return bounds on the speed [m/s] of the points of A in B's frame: now, and within a time [s] to come."""
-    if a.still != 0 and b.still != 0:
-        return 0.0, 0.0
-    r, u = sub(load(a.position), load(b.position)), sub(load(a.velocity), load(b.velocity))
-    spin_b, push = load(b.spin), norm(acceleration_of(a)) + norm(acceleration_of(b))
-    slides, turns = norm(sub(u, cross(spin_b, r))), norm(sub(load(a.spin), spin_b))
-    now = slides + turns * a.reach
-    # bounds within the time left: relative speed of the centres, B's spin, their distance, B's angular acceleration
-    fast, spin = norm(u) + left * push, spin_bound(b, left)
-    far, twist = norm(r) + left * fast, turning_bound(b, left)
-    slides = min(slides + left * (push + far * twist + spin * fast), fast + spin * far)
-    turns = min(turns + left * (turning_bound(a, left) + twist), spin_bound(a, left) + spin)
-    change = change_bound(a, a.reach, left) + change_bound(b, far + a.reach, left)
-    return now, slides + turns * a.reach + left * change
 
 
 @jit_inside
@@ -179,10 +165,9 @@ def meet_half_space(w, p, a, b):
     if not has_plane(w, p, a, b):
         return NEVER, ZERO, ZERO, ZERO
     g, sa = guard_at(w.guards, p.guard), shape_at(w.shapes, p.a)
-    whole_a, whole_b = shape_at(w.shapes, g.a), shape_at(w.shapes, g.b)
-    n, between = to_world(body_at(w.bodies, whole_b.body).axes, load(g.normal)), sub(load(a.position), load(b.position))
+    n, between = to_world(body_at(w.bodies, g.body_b).axes, load(g.normal)), sub(load(a.position), load(b.position))
     top = g.high
-    if p.body_a != whole_a.body:
+    if p.body_a != shape_at(w.shapes, g.a).body:
         n = scale(-1.0, n)
         top = dot(n, between) - g.low
     from_a, half = centre(sa, a), half_axis(sa, a)
@@ -223,7 +208,7 @@ def cores_stay_apart(w, p, a, b, left):
         g.speed_time = g.plane_time
         time = time_apart(w, g, left)
         g.apart = g.plane_time if time == 0.0 else (NEVER if time == left else g.plane_time + time)
-    p.gap, p.closing, p.acceleration, p.toi = g.low - g.high, g.closing, 0.0, g.apart
+    p.gap, p.closing, p.acceleration, p.toi = g.low - g.high, g.closing, g.growth, g.apart
     return g.apart > g.plane_time
 
 
@@ -231,12 +216,14 @@ def cores_stay_apart(w, p, a, b, left):
 def time_apart(w, g, left):
     """Return a time [s] to come within which two cores stay apart: that left, halved up to HALVINGS times, or zero.
 
-    Sets a bound on their closing speed within that time.
+    Sets a bound on their closing speed now, and on its growth within that time.
     """
-    a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
+    a, b, n = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b), load(g.normal)
+    if g.body_a != shape_at(w.shapes, g.a).body:
+        n = scale(-1.0, n)
     for _ in range(HALVINGS + 1):
-        _, g.closing = relative_speed(a, b, left)
-        if g.low - g.high > left * g.closing:
+        g.closing, g.growth, mean = closing_along(a, b, n, left)
+        if g.low - g.high > left * mean:
             return left
         left *= 0.5
     return 0.0
@@ -251,9 +238,9 @@ def place_plane(w, g, time):
     these, too, which suffices for `meet_half_space`.
     """
     a, b = body_at(w.bodies, shape_at(w.shapes, g.a).body), body_at(w.bodies, shape_at(w.shapes, g.b).body)
-    last, n, low, high = g.high - g.low, ZERO, -NEVER, 0.0
+    axes, last, n, low, high = body_at(w.bodies, g.body_b).axes, g.high - g.low, ZERO, -NEVER, 0.0
     if g.plane_time >= 0.0:
-        n, low, high = separate(w, g, to_world(b.axes, load(g.normal)))
+        n, low, high = separate(w, g, to_world(axes, load(g.normal)))
     if low - high <= max(-0.5 * last, 0.0):
         new, bottom, top = separate(w, g, ZERO)
         if dot(new, new) == 0.0 and g.plane_time < 0.0:
@@ -261,7 +248,7 @@ def place_plane(w, g, time):
             new, bottom, top = separate(w, g, scale(1.0 / max(norm(across), 1e-300), across))
         if dot(new, new) > 0.0 and bottom - top > low - high:
             n, low, high = new, bottom, top
-    store(g.normal, to_body(b.axes, n))
+    store(g.normal, to_body(axes, n))
     g.plane_time, g.low, g.high = time, low, high
 
 
@@ -269,8 +256,9 @@ def place_plane(w, g, time):
 def any_guard_exceeded(w, until, least):
     """Return whether parts that are not listed can meet until a time of the step [s].
 
-    least: time [s] from the bodies' present times that is looked ahead at any rate. If it is zero, guards of bodies
-    whose velocities have not changed are left out, as their bounds still hold.
+    least: time [s] from the bodies' present times that is looked ahead at present speeds, between two steps. If it is
+    zero, bounds on speeds count, and guards of bodies whose velocities have not changed are left out: theirs still
+    hold.
     """
     out = False
     for k in range(w.guard_count):
@@ -280,18 +268,19 @@ def any_guard_exceeded(w, until, least):
             left = max(until - min(a.time, b.time), least)
             if g.lead == k:
                 update_guard(w, g, left)
-            out = may_exceed_limit(w, g, left) or out
+            lead = lead_of(w, g)
+            out = may_exceed_limit(w, g, left * (lead.speed if least == 0.0 else lead.speed_now)) or out
     return out
 
 
 @jit_inside
-def may_exceed_limit(w, g, left):
-    """Return whether A can move further than its guard's limit within a time to come [s].
+def may_exceed_limit(w, g, way):
+    """Return whether A can move further than its guard's limit, if it moves by no more than `way` [m] from here.
 
     If no parts are listed, the present gap of both whole shapes may give a higher limit first.
     """
     lead = lead_of(w, g)
-    path = path_bound(w, g, lead.time + left)
+    path = lead.moved + lead.lag + way
     if path <= g.limit:
         return False
     if g.unlisted != 0:
@@ -299,38 +288,6 @@ def may_exceed_limit(w, g, left):
         if low - high > parts_margin(w, g):
             g.limit = low - high + lead.moved - lead.lag
     return path > g.limit
-
-
-@jit_inside
-def separate_at_start(w, g):
-    """Set by how much [m] a plane separates two cores whose parts are listed, at the start of a step.
-
-    The last plane is kept while it separates them.
-    """
-    g.separation = 0.0
-    if g.unlisted != 0 or shape_at(w.shapes, g.a).kind < BOX:
-        return
-    b = body_at(w.bodies, shape_at(w.shapes, g.b).body)
-    n, low, high = separate(w, g, to_world(b.axes, load(g.normal)))
-    if low <= high:
-        n, low, high = separate(w, g, ZERO)
-    store(g.normal, to_body(b.axes, n))
-    g.separation = low - high
-
-
-@jit_inside
-def stayed_separated(w, g):
-    """Return whether that plane, fixed to B, has separated both shapes throughout a step.
-
-    The guard was updated at its start and has been at its end. In between, the height of a point of A over
-    the plane is below the line through its heights at both ends by at most h/8 times the change of its speed.
-    """
-    if g.separation <= 0.0:
-        return False
-    b = body_at(w.bodies, shape_at(w.shapes, g.b).body)
-    _, low, high = separate(w, g, to_world(b.axes, load(g.normal)))
-    lead = lead_of(w, g)
-    return min(g.separation, low - high) > 0.125 * w.step * (lead.last_speed_now + lead.speed_now)
 
 
 @jit_inside
@@ -377,5 +334,5 @@ def gap_bound(w, p, a, b):
 
 @jit_inside
 def closing_bound(w, p, a, b):
-    """Return a bound on the closing speed [m/s] of two shapes: of their guard, else of their present motion."""
-    return lead_of(w, guard_at(w.guards, p.guard)).speed if p.guard >= 0 else greatest_closing(a, b)
+    """Return a bound on the closing speed [m/s] of two shapes by their present motion, as their guard knows it."""
+    return lead_of(w, guard_at(w.guards, p.guard)).speed_now if p.guard >= 0 else greatest_closing(a, b)

@@ -3,30 +3,36 @@
 The gap of each near pair is known at both ends of the step, and so is its closing speed. If a gap closes at first and
 opens later, it is at least as wide as where the tangents of both ends meet, as the distance of convex shapes is convex.
 It may be narrower by DIP_SHARE of the change of the closing speed, times the step. This does not show a point at an arm
-r that turns by an angle theta and closes equally fast at both ends: it leaves its chord by r theta^3/(72 sqrt(3)) at
-most. So in a step in which a body turns by MAX_PASSING_TURN, a graze shallower than 0.8 % of r may be missed.
+r that turns by an angle theta and closes equally fast at both ends: it leaves its chord by CUBIC r theta^3 at most. So
+in a step in which a body turns by MAX_PASSING_TURN, a graze shallower than 0.8 % of r may be missed. A pair that a
+plane fixed to B separates at both ends needs no look; there the speed along its normal counts, so that neighbours in an
+arm, which turn fast and hardly close, pass by each other.
 """
 
 from __future__ import annotations
 
+from math import sqrt
+
 from contactlaw.jit import jit_inside
 from contactlaw.world.bodies.motion import closing_at, is_static
-from contactlaw.world.data.access import body_at, guard_at, near_at, tree_at, world_at
-from contactlaw.world.data.records import ASKED, BOUNDED, DENIED, MEASURED, PASSES
-from contactlaw.world.data.vec import load, norm, sub
+from contactlaw.world.data.access import body_at, guard_at, near_at, shape_at, tree_at, world_at
+from contactlaw.world.data.records import ASKED, BOUNDED, BOX, DENIED, MEASURED, PASSES
+from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, scale, store, sub, to_body, to_world
 from contactlaw.world.near.guards import (
     closing_bound,
     gap_left,
     lead_of,
     may_exceed_limit,
     raise_listed_gap,
-    stayed_separated,
+    separate,
     stays_open,
     update_guard,
 )
+from contactlaw.world.near.relative import motion_against
 from contactlaw.world.shapes.geometry import meet_near
 
-MAX_PASSING_TURN = 1.0  # [rad] by which a body that passes by everything may turn in a step
+MAX_PASSING_TURN = 1.0  # [rad] by which a body may turn against another in a step for its path to count as known
+CUBIC = sqrt(3.0) / 216.0  # of h^3 f''', by which f leaves its chord over h where it closes equally fast at both ends
 DIP_SHARE = 0.125  # of step times change of closing speed, by which a gap may dip: as a parabola below its chord
 
 
@@ -42,19 +48,21 @@ def find_passing(world):
         b = body_at(w.bodies, i)
         if may_pass(b):
             travelled = norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
-            if travelled > b.margin or w.step * norm(load(b.spin)) > MAX_PASSING_TURN:
+            if travelled > b.margin:
                 deny(b)
             if travelled + 2.0 * w.step * (norm(load(b.velocity)) + b.reach * norm(load(b.spin))) > b.margin:
                 w.stale = 1
     for k in range(w.guard_count):
         g = guard_at(w.guards, k)
+        if not (may_pass(body_at(w.bodies, g.body_a)) or may_pass(body_at(w.bodies, g.body_b))):
+            continue
         lead = lead_of(w, g)
         if g.lead == k:
             update_guard(w, g, w.step)
         g.separated = 1 if stayed_separated(w, g) else 0
-        if may_exceed_limit(w, g, 2.0 * w.step):
+        if may_exceed_limit(w, g, 2.0 * w.step * lead.speed_now):
             w.stale = 1
-        if lead.moved + w.step * max(lead.last_speed, lead.speed) > g.limit:
+        if lead.moved + w.step * max(lead.last_speed_now, lead.speed_now) > g.limit:
             deny(body_at(w.bodies, g.body_a))
             deny(body_at(w.bodies, g.body_b))
     found = True
@@ -113,6 +121,8 @@ def may_have_touched(w, p, a, b):
         p.gap -= w.step * speed
         p.checked = BOUNDED
         return False
+    if w.step * norm(sub(load(a.spin), load(b.spin))) > MAX_PASSING_TURN:
+        return True
     before, began = p.gap, p.closing if p.checked == MEASURED else speed
     overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
     now = closing_at(a, arm_a, b, arm_b, n)
@@ -122,3 +132,68 @@ def may_have_touched(w, p, a, b):
     closes, opens = began + 0.5 * change, 0.5 * change - now  # an engine's velocities may be half a step behind
     dip = DIP_SHARE * change + (closes * opens / (closes + opens) if closes > 0.0 and opens > 0.0 else 0.0)
     return min(before, p.gap) <= w.step * dip
+
+
+@jit_inside
+def separate_at_start(w, g):
+    """Set by how much [m] a plane separates two cores whose parts are listed, at the start of a step.
+
+    The last plane is kept while it separates them.
+    """
+    g.separation = 0.0
+    if g.unlisted != 0 or shape_at(w.shapes, g.a).kind < BOX:
+        return
+    b = body_at(w.bodies, g.body_b)
+    n, low, high = separate(w, g, to_world(b.axes, load(g.normal)))
+    if low <= high:
+        n, low, high = separate(w, g, ZERO)
+    store(g.normal, to_body(b.axes, n))
+    g.separation = low - high
+    slide, twist = motion_against(body_at(w.bodies, g.body_a), b)
+    store(g.slide, slide)
+    store(g.twist, twist)
+
+
+@jit_inside
+def stayed_separated(w, g):
+    """Return whether that plane, fixed to B, has separated both shapes throughout a step of h seconds.
+
+    The height of a point of A over the plane leaves its chord by at most DIP_SHARE h times the change of its speed
+    along the normal n, and CUBIC h^3 times its third derivative. With s the velocity of A's centre, w its spin and L
+    its reach, at the start (0) and end (1) of the step, that speed changes by at most
+
+        |n . (s1 - s0)| + L (|n x (w1 - w0)| + h |w| |n x w1|)
+
+    which is zero for an arm that turns about n. The third derivative is the speed times the square of the rate at which
+    A turns against B. For larger turns the height counts as falling from one end and rising to the other, at the
+    greatest speed along n of any point, as it goes round w.
+    """
+    if g.separation <= 0.0:
+        return False
+    a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
+    n, h = load(g.normal), w.step
+    _, low, high = separate(w, g, to_world(b.axes, n))
+    slide, twist = motion_against(a, b)
+    rate = max(norm(twist), norm(load(g.twist)))
+    turn = h * rate
+    if turn > MAX_PASSING_TURN:
+        fastest = max(speed_along(n, slide, twist, a.reach), speed_along(n, load(g.slide), load(g.twist), a.reach))
+        return low > high and g.separation + low - high > h * fastest
+    change = abs(dot(n, sub(slide, load(g.slide))))
+    change += a.reach * (norm(cross(n, sub(twist, load(g.twist)))) + turn * norm(cross(n, twist)))
+    speed = max(norm(slide), norm(load(g.slide))) + a.reach * rate
+    return min(g.separation, low - high) > h * (DIP_SHARE * change + CUBIC * turn * turn * speed)
+
+
+@jit_inside
+def speed_along(n, slide, twist, reach):
+    """Return the greatest speed [m/s] along n of a body's points in a full turn about its spin `twist`.
+
+    slide: velocity of its centre, which turns with it; reach: of the points from there.
+    """
+    rate = norm(twist)
+    if rate == 0.0:
+        return abs(dot(n, slide))
+    axis = scale(1.0 / rate, twist)
+    off = norm(cross(n, axis))
+    return abs(dot(n, axis) * dot(axis, slide)) + off * (norm(cross(axis, slide)) + reach * rate)
