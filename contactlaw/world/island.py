@@ -28,7 +28,7 @@ from contactlaw.world.watching import LOOKAHEAD, update_paths
 BLOCK = 16  # substeps between two reviews of their length
 LEAST_CHANGE = 0.75  # ratio of lengths from which substeps change; equal ones keep the leapfrog's symmetry
 ELASTIC = 60.0  # substeps of an elastic impact in a crowd, at least: a column of 20 keeps its energy to 1e-3
-LEAST_COASTED = 3.5  # substeps: contacts coast for no fewer, which would not save time
+COAST_EVERY = 2  # substeps between two looks which contacts can coast
 SHORTEST = 1e-6  # of a window, the least substep; of a substep, the least remainder that becomes a substep
 LOST_SPEED = 1e10  # [m/s] of a surface; engines, too, take such a velocity for a fault
 JOINTED_FEWER = 4.0  # times fewer substeps of a damped impact with joints: 25 instead of 100, psi_2 right to 1e-3
@@ -165,8 +165,7 @@ def take_substeps(w, root, bodies, pairs, t, now, until):
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             apply_force(contact_at(w.contacts, p.slot), a, b, 0.5 * h)
     watched, renew, begun = pairs, False, False
-    # contacts that coast; whether one of them has left its range; the substep with which they began
-    coasting, left_range, coast_h = 0, False, h
+    coasting, coast_h = 0, h  # contacts that coast; the substep with which they began
     since_review, going, closed = 0, True, 0
     joints = False
     for i in range(bodies):
@@ -180,9 +179,9 @@ def take_substeps(w, root, bodies, pairs, t, now, until):
         t = until if is_last else t + h
         for i in range(bodies):
             drift(body_at(w.bodies, whole_at(w.island_bodies, i)), h)
-        every = is_last or renew or h != coast_h
-        if coasting > 0 and (every or left_range or since_review == BLOCK):
-            coasting = call_stop_coasting(address(w, STOP_COASTING), w, watched, every)
+        if coasting > 0 and (is_last or renew or h != coast_h):
+            call_stop_coasting(address(w, STOP_COASTING), w, watched)
+            coasting = 0
         w.twists = TWIST_ALWAYS
         if joints or closed > w.crowd:
             w.twists = TWIST_NOW if is_last or since_review % TORSION_EVERY == 0 else TWIST_LATER
@@ -204,12 +203,11 @@ def take_substeps(w, root, bodies, pairs, t, now, until):
             since_review = 0
         kick_bodies(w, watched, h, next_h)
         if coasting > 0:
-            left_range = call_coast(address(w, COAST), w, watched, (h, 0.5 * (h + next_h)))
+            coasting = call_coast(address(w, COAST), w, watched, (h, 0.5 * (h + next_h)))
         w.kicks += closed
-        if since_review <= 1 and next_h == h and closed > w.crowd:
-            count = min(BLOCK, (until - t) / h)
-            if count > LEAST_COASTED and ready(w, START_COASTING):
-                coasting, coast_h = call_start_coasting(address(w, START_COASTING), w, watched, h, count), h
+        may_start = since_review % COAST_EVERY == 1 and next_h == h and until - t > COAST_EVERY * h
+        if may_start and closed > w.crowd and ready(w, START_COASTING):
+            coasting, coast_h = call_start_coasting(address(w, START_COASTING), w, watched, h), h
         h = next_h
     w.twists = TWIST_ALWAYS
     for i in range(bodies):

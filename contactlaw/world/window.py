@@ -23,7 +23,7 @@ from contactlaw.world.near.guards import stays_open
 from contactlaw.world.near.time_of_impact import predict
 
 DELTA_V_MARGIN = 1.5  # margin on the change of velocity by impacts, over that of an elastic impact of free bodies
-CROWD_WINDOW = 8.0  # durations of the shortest impact in a window where more than `WORLD.crowd` contacts persist
+CROWD_WINDOW = 24.0  # durations of the shortest impact in a window where more than `WORLD.crowd` contacts persist
 EARLY = 0.1  # durations of the impact: a window may begin so long before a touch; the first substep begins at that
 GROWTH = 1.1  # a bound on a change of velocity that has grown by a smaller factor is not passed on
 FAR = 40.0  # margins: a body that can travel so far in a window reaches every near body, as these are within four

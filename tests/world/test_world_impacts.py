@@ -95,7 +95,8 @@ def test_a_damped_bounce_is_the_same_wherever_in_a_short_step_it_begins(steps: i
 
 
 def test_a_damped_crowd_is_as_right_as_the_docstring_says():
-    """Fifteen balls that a cue ball breaks at 8 m/s, against twenty times the substeps and more."""
+    """Fifteen balls that a cue ball breaks at 8 m/s, against twenty times the substeps; no contact coasts in an impact,
+    so that more substeps come closer."""
 
     def broken(substeps: float) -> np.ndarray:
         made = rack(steel_pair(restitution=0.93), 2e-3, 8.0)
@@ -104,6 +105,6 @@ def test_a_damped_crowd_is_as_right_as_the_docstring_says():
         return made.velocity
 
     exact = broken(400.0)
-    errors = [np.abs(broken(substeps) - exact).max() / 8.0 for substeps in (10.0, 20.0)]
-    assert (np.array(errors) < [7e-3, 2e-3]).all()
+    errors = [np.abs(broken(substeps) - exact).max() / 8.0 for substeps in (10.0, 20.0, 100.0)]
+    assert (np.array(errors) < [7e-3, 2e-3, 2e-4]).all()
     assert World(0.0).arrays.world["crowd_substeps"][0] == 20.0

@@ -4,8 +4,8 @@ In a heap most contacts carry a nearly constant load. While such a contact coast
 are held. Its overlap x changes by the bodies' motion along the normal, P = k x^1.5 plus the damper. Tangentially it is
 one spring of Mindlin's stiffness 2 G* a, which begins with the present force and slips at mu P. Afterwards the law is
 advanced by the whole displacement at once. The spring is never softer than the law: in loading it takes no less energy
-than the law stores, in unloading it gives back no more. A contact coasts as long as it is in the range in which this
-holds.
+than the law stores, in unloading it gives back no more. Each contact coasts as long as it is in the range in which
+this holds.
 """
 
 from __future__ import annotations
@@ -26,7 +26,9 @@ from contactlaw.world.data.access import BODY_NUMBERS, body_at, coasting_at, con
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, store, sub
 
-# A billiard break is right to 2e-3 of the cue ball's speed with these, whatever its substeps are
+# Roots of m delta/P in which a contact must be expected to hardly change: 0.4 durations of an impact. An impact changes
+# by CHANGE in 0.9 of them even where it is deepest, so it never coasts: a billiard break converges with its substeps
+STEADY = 1.3
 CHANGE = 0.4  # changes of overlap and friction while a contact coasts, at most: share of the overlap and of mu P
 LEAST, MOST = 0.65, 1.5  # range of the overlap, over that at the start
 TURNING = 0.02  # change of the overlap by turning of the normal, at most: share of the overlap
@@ -34,38 +36,46 @@ FULL = 0.98  # share of mu P from which a friction force counts as the limit
 TORSION_PHASE = 0.3  # [rad] of a torsional oscillation for which its moment may be held: critically damped, stable to 1
 
 
-def start_coasting(w, pairs, h, count):
-    """Let contacts of an island coast that hardly change in `count` substeps of h [s]; return how many coast now."""
+def start_coasting(w, pairs, h):
+    """Let contacts of an island coast that hardly change, in substeps of h [s]; return how many coast now."""
     coasting = 0
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
-        if p.closed != 0 and p.coasts == 0 and can_coast(w, p, h * count):
-            p.coasts = 1
-            begin_coasting(w, p, h, count)
+        if p.closed != 0 and p.coasts == 0 and has_model(w, p):
+            c = contact_at(w.contacts, p.slot)
+            t, time = c.touch, steady_time(c, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
+            if time * time * t.force > STEADY * STEADY * t.mass * t.overlap:
+                p.coasts = 1
+                begin_coasting(w, p, h, time)
         coasting += p.coasts
     return coasting
 
 
 @jit_inside
-def can_coast(w, p, time):
-    """Return whether a closed contact is expected to hardly change within a time [s], and has a coasting model.
+def has_model(w, p):
+    """Return whether a closed contact can coast: it is persistent, without rolling resistance, between round bodies.
 
-    Both bodies must be round or kinematic. With acceleration a, the overlap changes by (v + a t/2) t.
+    Kinematic bodies count as round.
     """
     c, law = contact_at(w.contacts, p.slot), law_of(w, pair_at(w.pairs, p.pair))
     t = c.touch
     if not (t.state == SPRUNG or t.state == UNSHEARED) or t.course != LASTING or t.overlap <= 0.0:
         return False
-    if law.sectors == 0.0 or law.rolling != 0.0 or t.skew != 0.0:
-        return False
-    a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-    if not (is_round(a) and is_round(b)):
-        return False
-    if (abs(closing_speed(c, a, b)) + 0.5 * time * abs(c.closing_acceleration)) * time > CHANGE * t.overlap:
-        return False
-    if time > turning_time(c, a, b):
-        return False
-    return sqrt(c.moved[0] ** 2 + c.moved[1] ** 2) / c.interval * time < longest_slide(t)
+    plain = law.sectors != 0.0 and law.rolling == 0.0 and t.skew == 0.0
+    return plain and is_round(body_at(w.bodies, p.body_a)) and is_round(body_at(w.bodies, p.body_b))
+
+
+@jit_inside
+def steady_time(c, a, b):
+    """Return the time [s] in which overlap, normal and friction of a closed contact are expected to hardly change.
+
+    With closing speed v and acceleration a, the overlap changes by (v + a t/2) t.
+    """
+    speed, change = abs(closing_speed(c, a, b)), CHANGE * c.touch.overlap
+    root = sqrt(speed * speed + 2.0 * abs(c.closing_acceleration) * change)
+    time = min(2.0 * change / max(speed + root, 1e-300), turning_time(c, a, b))
+    slid = sqrt(c.moved[0] ** 2 + c.moved[1] ** 2)
+    return min(time, longest_slide(c.touch) * c.interval / max(slid, 1e-300))
 
 
 @jit_inside
@@ -103,8 +113,8 @@ def is_round(b):
 
 
 @jit_inside
-def begin_coasting(w, p, h, count):
-    """Set the model of a pair's contact in substeps of h [s]; it holds for `count` of them unless it is steady."""
+def begin_coasting(w, p, h, longest):
+    """Set the model of a pair's contact in substeps of h [s]; it holds for the longest time [s] unless quasi-static."""
     c, r = contact_at(w.contacts, p.slot), coasting_at(w.coasting, p.slot)
     t, n, e = c.touch, load(c.normal), load(c.tangent)
     r.body_a, r.body_b = w.bodies + 8 * BODY_NUMBERS * p.body_a, w.bodies + 8 * BODY_NUMBERS * p.body_b
@@ -126,7 +136,7 @@ def begin_coasting(w, p, h, count):
         r.held_f -= r.drag * c.moved[0] / c.interval
         r.held_g -= r.drag * c.moved[1] / c.interval
     r.moment = c.torsion.moment
-    r.longest = min(turning_time(c, a, b), torsion_time(w, c, a, b)) if is_quasi_static(c, 1.0) else h * count
+    r.longest = min(turning_time(c, a, b), torsion_time(w, c, a, b)) if is_quasi_static(c, 1.0) else longest
     r.furthest = longest_slide(t)
     store(r.slide, (0.0, 0.0, 0.0))
     store(r.impulse, (0.0, 0.0, 0.0))
@@ -134,12 +144,14 @@ def begin_coasting(w, p, h, count):
 
 
 def advance_coasting(w, pairs, span):
-    """Advance coasting contacts by the last substep and kick their bodies; returns whether an overlap leaves its range.
+    """Advance coasting contacts by the last substep and kick their bodies; return how many coast on.
+
+    Those that leave the range of the model stop: the next substep advances their laws by the whole displacement.
 
     span: length [s] of the substep, and time [s] for which the forces act.
     """
     h, time = span
-    rate, leaves = 1.0 / h, False
+    rate, coasting = 1.0 / h, 0
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.coasts == 0:
@@ -176,25 +188,19 @@ def advance_coasting(w, pairs, span):
         if b.inverse_mass != 0.0:
             store(b.velocity, axpy(-b.inverse_mass, impulse, load(b.velocity)))
             store(b.spin, axpy(-b.inverse_inertia[0], add(cross(arm_b, impulse), moment), load(b.spin)))
-        leaves = leaves or overlap < r.least or overlap > r.most
-    return leaves
+        if is_in_range(r):
+            coasting += 1
+        else:
+            end_coasting(w, p)
+    return coasting
 
 
-def stop_coasting(w, pairs, every):
-    """Stop every coasting contact, or those out of the range of the model; return how many coast on.
-
-    Their models are written back; this substep advances their laws by the whole displacement.
-    """
-    coasting = 0
+def stop_coasting(w, pairs):
+    """Stop every coasting contact; this substep advances their laws by the whole displacement."""
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.coasts != 0:
-            r = coasting_at(w.coasting, p.slot)
-            p.coasts = 0 if every or not is_in_range(r) else 1
-            if p.coasts == 0:
-                end_coasting(contact_at(w.contacts, p.slot), r)
-            coasting += p.coasts
-    return coasting
+            end_coasting(w, p)
 
 
 @jit_inside
@@ -205,8 +211,10 @@ def is_in_range(r):
 
 
 @jit_inside
-def end_coasting(c, r):
-    """Write the model r of a coasting contact back."""
+def end_coasting(w, p):
+    """Stop the coasting contact of a pair, and write its model back."""
+    p.coasts = 0
+    c, r = contact_at(w.contacts, p.slot), coasting_at(w.coasting, p.slot)
     if r.time == 0.0:
         return
     t = c.touch
