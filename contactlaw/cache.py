@@ -20,7 +20,7 @@ import numba
 from numba.core.caching import FunctionCache
 from numba.core.serialize import dumps
 
-from contactlaw.ending import whole
+from contactlaw.files import whole
 
 CHECK = 32  # bytes of the SHA-256 digest that begins a file
 REPORTED: list[str] = []

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from contactlaw.ending import whole
+from contactlaw.files import whole
 from sims.panel import FLOOR, GROUND, TABLE, TONES, Panel, bodies, figure_for, marks, note, path, write
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""Orderly ends of a command that is interrupted: a line names the signal, and files are whole (`contactlaw.ending`)."""
+"""Orderly ends of a command that is interrupted: a line names the signal, and files are whole (`contactlaw.files`)."""
 
 from __future__ import annotations
 

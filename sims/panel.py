@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from contactlaw.ending import whole
+from contactlaw.files import whole
 from sims.outlines import DARK, EDGE, LIGHT, polygons_of, reach_of, scenery_of
 from sims.recording import Array, Recording
 from sims.scene import NATIVE, NATIVE_DAMPED, NATIVES, NONE, Mark, Scene

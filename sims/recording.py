@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from contactlaw.ending import whole
+from contactlaw.files import whole
 
 Array = NDArray[np.float64]
 

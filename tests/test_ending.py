@@ -11,13 +11,13 @@ from pathlib import Path
 
 import pytest
 
-from contactlaw.ending import whole
+from contactlaw.files import whole
 
 ROOT = Path(__file__).parent.parent
 CODE = """
 import sys, time
 from pathlib import Path
-from contactlaw.ending import whole
+from contactlaw.files import whole
 from sims.ending import run
 
 def command():

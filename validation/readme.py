@@ -6,7 +6,7 @@ from math import inf, isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from contactlaw.ending import whole
+from contactlaw.files import whole
 from contactlaw.laws.microslip import NODES
 from validation.case import Table
 from validation.store import Result, load

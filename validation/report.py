@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from itertools import groupby
 from pathlib import Path
 
-from contactlaw.ending import whole
+from contactlaw.files import whole
 from validation import readme
 from validation.case import Case, Table
 from validation.readme import asked, kept, markdown, reached

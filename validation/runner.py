@@ -5,7 +5,7 @@ from io import BytesIO
 from pathlib import Path
 from time import perf_counter
 
-from contactlaw.ending import whole
+from contactlaw.files import whole
 from validation import readme, report, store
 from validation.case import Case, Outcome, find_cases
 from validation.measure import machine

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from contactlaw.ending import whole
+from contactlaw.files import whole
 from contactlaw.jit import SOURCE_STAMP
 from validation.case import Case, Outcome
 

@@ -32,7 +32,7 @@ import mujoco
 import numpy as np
 
 from contactlaw import checks
-from contactlaw.ending import whole
+from contactlaw.files import whole
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.entries import Contacts, parse_contacts, parse_skip, replace_all
 from contactlaw.mujoco_plugin.instances import ContactInstance, contact_instances
