@@ -49,8 +49,9 @@ def throw(law: bool) -> Bounce:
         p.resetBaseVelocity(ball, [0.0, 0.0, -DOWN], [0.0, SPIN, 0.0], client)
         for _ in range(STEPS):
             if law:
-                contact()
-            p.stepSimulation(client)
+                contact.step()
+            else:
+                p.stepSimulation(client)
         velocity, spin = p.getBaseVelocity(ball, client)
     finally:
         p.disconnect(client)
