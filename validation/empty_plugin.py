@@ -50,10 +50,10 @@ def attach(spec: Any) -> None:
     import mujoco
 
     from contactlaw.mujoco_plugin import layout
-    from contactlaw.mujoco_plugin.plugin import _Plugin
+    from contactlaw.mujoco_plugin.plugin import Plugin
 
     if not _registered:
-        made = _Plugin()
+        made = Plugin()
         layout.LIBRARY.mjp_defaultPlugin(ctypes.byref(made))
         made.name = NAME.encode()
         made.capabilityflags = int(mujoco.mjtPluginCapabilityBit.mjPLUGIN_PASSIVE)

@@ -195,7 +195,7 @@ for _kind in (mujoco.MjModel, mujoco.MjData):
     copyreg.pickle(_kind, _reduce)  # type: ignore[arg-type]
 
 
-class _Plugin(ctypes.Structure):
+class Plugin(ctypes.Structure):
     """mjpPlugin of mjplugin.h."""
 
     _fields_ = [
@@ -232,7 +232,7 @@ def register() -> None:
             f"the plugin {config.PLUGIN_NAME} is registered in this process already, by another version of contactlaw; "
             "MuJoCo takes each plugin once: start a new process"
         )
-    plugins = [_Plugin.from_address(address) for address in there] or _new_plugins()
+    plugins = [Plugin.from_address(address) for address in there] or _new_plugins()
     for plugin in plugins:
         for name, function in (("nstate", nstate), ("nsensordata", nsensordata), ("init", init)):
             setattr(plugin, name, ctypes.cast(function, ctypes.c_void_p))
@@ -244,14 +244,14 @@ def register() -> None:
         known.stamp = stamp
 
 
-def _new_plugins() -> list[_Plugin]:
+def _new_plugins() -> list[Plugin]:
     """Return the plugin's structs, with sensors and without, complete but for the Python functions."""
     for function in (*(getattr(layout.LIBRARY, name) for name in CALLED), ctypes.pythonapi.PyMem_RawFree):
         llvmlite.binding.add_symbol(function.__name__, ctypes.cast(function, ctypes.c_void_p).value)
     with jit.compiling("the MuJoCo plugin", COMPILE_TIME):
         from contactlaw.mujoco_plugin import callbacks  # its compilation needs the symbols just added
 
-    plugins, passive = [_Plugin(), _Plugin()], int(mujoco.mjtPluginCapabilityBit.mjPLUGIN_PASSIVE)
+    plugins, passive = [Plugin(), Plugin()], int(mujoco.mjtPluginCapabilityBit.mjPLUGIN_PASSIVE)
     keys = (ctypes.c_char_p * len(config.KEYS))(*(key.encode() for key in config.KEYS))
     for plugin, name, sensor in zip(plugins, (config.PLUGIN_NAME, config.BLIND), (layout.SENSOR, 0), strict=True):
         layout.LIBRARY.mjp_defaultPlugin(ctypes.byref(plugin))

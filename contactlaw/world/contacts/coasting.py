@@ -22,7 +22,7 @@ from contactlaw.world.bodies.motion import moved_at
 from contactlaw.world.contacts.force import dashpot_of, has_dashpot, is_quasi_static
 from contactlaw.world.contacts.pace import closing_speed
 from contactlaw.world.contacts.touch import turn_frame
-from contactlaw.world.data.access import BODY_NUMBERS, body_at, coasting_at, contact_at, law_of, near_at, pair_at
+from contactlaw.world.data.access import body_address, body_at, coasting_at, contact_at, law_of, near_at, pair_at
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, store, sub
 
@@ -117,7 +117,7 @@ def begin_coasting(w, p, h, longest):
     """Set the model of a pair's contact in substeps of h [s]; it holds for the longest time [s] unless quasi-static."""
     c, r = contact_at(w.contacts, p.slot), coasting_at(w.coasting, p.slot)
     t, n, e = c.touch, load(c.normal), load(c.tangent)
-    r.body_a, r.body_b = w.bodies + 8 * BODY_NUMBERS * p.body_a, w.bodies + 8 * BODY_NUMBERS * p.body_b
+    r.body_a, r.body_b = body_address(w.bodies, p.body_a), body_address(w.bodies, p.body_b)
     a, b = body_at(r.body_a, 0), body_at(r.body_b, 0)
     a.touched, b.touched = 1, 1
     store(r.normal, n)

@@ -45,16 +45,22 @@ def copy_numbers(source, target, count):
 
 
 @jit_inside
+def body_address(bodies, i):
+    """Return the address of body i of those at an address."""
+    return bodies + 8 * BODY_NUMBERS * i
+
+
+@jit_inside
 def scratch_body(w, i, place):
     """Copy body i to one of the two scratch places; returns the copy."""
-    copy_numbers(w.bodies + 8 * BODY_NUMBERS * i, w.saved_bodies + 8 * BODY_NUMBERS * place, BODY_NUMBERS)
+    copy_numbers(body_address(w.bodies, i), body_address(w.saved_bodies, place), BODY_NUMBERS)
     return body_at(w.saved_bodies, place)
 
 
 @jit_inside
 def save_body(w, i):
     """Save a copy of body i, for `saved_body` and `restore_body`."""
-    copy_numbers(w.bodies + 8 * BODY_NUMBERS * i, w.saved_bodies + 8 * BODY_NUMBERS * (i + 2), BODY_NUMBERS)
+    copy_numbers(body_address(w.bodies, i), body_address(w.saved_bodies, i + 2), BODY_NUMBERS)
 
 
 @jit_inside
@@ -66,7 +72,7 @@ def saved_body(w, i):
 @jit_inside
 def restore_body(w, i):
     """Set body i back to its saved copy."""
-    copy_numbers(w.saved_bodies + 8 * BODY_NUMBERS * (i + 2), w.bodies + 8 * BODY_NUMBERS * i, BODY_NUMBERS)
+    copy_numbers(body_address(w.saved_bodies, i + 2), body_address(w.bodies, i), BODY_NUMBERS)
 
 
 @jit_inside
