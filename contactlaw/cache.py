@@ -7,8 +7,6 @@ file begins with its own check sum, and it is renamed into place once it is comp
 compiled again; where files cannot be written, each process compiles for itself.
 """
 
-from __future__ import annotations
-
 import hashlib
 import pickle
 import sys

@@ -1,7 +1,5 @@
 """One impact of two bodies in SI units: velocities after the impact, history of forces, energy ledger."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot, inf, isfinite, isinf, nan, sqrt

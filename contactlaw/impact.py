@@ -1,7 +1,5 @@
 """One contact without an engine: whole impacts in scaled variables, and forces along a prescribed path."""
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor

@@ -5,8 +5,6 @@ or a constant in another file it would load stale machine code and give wrong ph
 a hash of all sources of the package, so any edit recompiles everything that could depend on it (`cache`).
 """
 
-from __future__ import annotations
-
 import gc
 import hashlib
 import sys

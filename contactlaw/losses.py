@@ -8,8 +8,6 @@ contact evaluates its friction again as it slides. In Python a curve is called l
 subclass `OverSpeed` as a frozen dataclass of numbers, or tuples of numbers, with a `name` and a method `values`.
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass, fields
 from functools import cached_property

@@ -4,8 +4,6 @@ An array costs reference counting at run time, and a second of compilation in ev
 address costs nothing. The state of engines and of worlds is therefore read and written by address.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from inspect import Parameter, Signature
 from typing import Any

@@ -3,8 +3,6 @@
 Forces F and tractions q point along the motion of body A relative to B: the force on A is P n - F.
 """
 
-from __future__ import annotations
-
 from math import ceil, sqrt
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """From a checked table to a `Calibration`: restitution, regimes, and notes on what is and is not determined."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The law's rebound curve psi_2(psi_1) as a smooth function of psi_1 and the stiffness ratio."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

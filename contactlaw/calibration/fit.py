@@ -7,8 +7,6 @@ where everything sticks. So fits start from every local minimum of a map of the 
 shape (..., 2).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -1,7 +1,5 @@
 """Outliers: impacts that lie farther from the curve than scatter explains."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

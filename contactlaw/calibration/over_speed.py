@@ -5,8 +5,6 @@ directly. If errors are unknown, -2 ln(likelihood) is n ln(chi^2), and the range
 (`ranges`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ Maw, Barber & Fawcett (1981) take mu from impacts that slide throughout, selecte
 the curve psi_2(psi_1). Which impacts slide depends on mu and kappa themselves; so here one curve is fitted to all.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -6,8 +6,6 @@ V_z2/V_z1 also enters the estimate. Unknown errors may differ between impacts: i
 scatter more, they determine its range. The allowed region need not be connected, so the whole map is searched.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

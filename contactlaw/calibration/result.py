@@ -1,7 +1,5 @@
 """The result of a calibration: parameters with uncertainties, and in words what the table does not determine."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

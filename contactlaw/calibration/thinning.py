@@ -4,8 +4,6 @@ By the law V_x2/V_z1 is a function of t = V_x1/V_z1 alone, and nearly linear ove
 velocities obey it as single ones do, with errors that are smaller by the square root of their number.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

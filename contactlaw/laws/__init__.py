@@ -1,7 +1,5 @@
 """Tangential laws, one in a file. All files of this folder are imported, which registers their laws."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 from importlib import import_module
 from math import inf

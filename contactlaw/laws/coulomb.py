@@ -1,7 +1,5 @@
 """Rigid Coulomb friction, as in rigid-body engines."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import inf, sqrt
 

@@ -18,8 +18,6 @@ This q is the nearest to t in the norm of energy, so friction dissipates energy 
 method on 1/|q|, as in trust-region methods; for s = 0 the first step is exact.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 from contactlaw.jit import jit_inline as jit

@@ -6,8 +6,6 @@
 and P = 0 where these are negative.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 from contactlaw.jit import jit_inline as jit

@@ -1,7 +1,5 @@
 """Linear normal and tangential springs, as in linear discrete-element codes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from contactlaw.laws.single_spring import SingleSpring

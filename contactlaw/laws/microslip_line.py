@@ -38,8 +38,6 @@ where I and J are the integrals of v dw and v^2 dw from the centre to the rim, k
 s w - I = 2/3 delta^1.5, F = 4/3 mu E* sqrt(R) delta^1.5 = mu P.)
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 import numpy as np

@@ -16,8 +16,6 @@ of before and after. If the few sweeps of the iteration leave tractions with whi
 are moved back until it does not.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 from math import exp, inf, sqrt

@@ -1,7 +1,5 @@
 """One spring k_T = 2 G* a with one Coulomb limit, as in most discrete-element codes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from contactlaw.laws.single_spring import SingleSpring

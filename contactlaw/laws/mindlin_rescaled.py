@@ -1,7 +1,5 @@
 """Mindlin's spring, rescaled while the contact shrinks."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from contactlaw.laws.single_spring import SingleSpring

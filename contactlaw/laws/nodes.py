@@ -1,7 +1,5 @@
 """Nodes along the contact line, each with a traction: loads and displacements in a step, and their span."""
 
-from __future__ import annotations
-
 from math import sqrt
 
 from contactlaw.jit import jit, jit_inline, jit_of_sums

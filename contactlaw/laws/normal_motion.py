@@ -7,8 +7,6 @@ mobilised share F/(mu P). So gross slip is exact, and so is its end: sliding end
 velocity, as all points of a sliding contact move together (Maw, Barber & Fawcett 1976, appendix).
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from math import sqrt
 from typing import NamedTuple

@@ -6,8 +6,6 @@ The contact ends when its force y + 2 zeta v falls to zero, at theta = 2 acos(ze
 the linear spring and dashpot by Schwager & Poeschel, Granular Matter 9 (2007) 465); there v = -exp(-zeta theta).
 """
 
-from __future__ import annotations
-
 from math import acos, acosh, cos, cosh, exp, pi, sin, sinh, sqrt
 
 from contactlaw.jit import jit

@@ -3,8 +3,6 @@
 Calls by address let kernels that were compiled earlier run any law.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

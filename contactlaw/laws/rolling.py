@@ -13,8 +13,6 @@ While the load grows, the moment of the spring is kept; while it falls, the angl
 M^2/(2 k_r). During an impact the spring hardly deforms.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 from contactlaw.jit import jit

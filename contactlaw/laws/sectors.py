@@ -36,8 +36,6 @@ sectors miss up to 0.03 mu P of it. A spring parallel to them carries the differ
 elastic displacement, as far as D allows.
 """
 
-from __future__ import annotations
-
 from math import copysign, sqrt
 
 import numpy as np

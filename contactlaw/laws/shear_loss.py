@@ -13,8 +13,6 @@ so friction and damper dissipate energy with any step. The displacement gives th
 belongs to its end. The change of the rate in between, -h F/(2 m_T), is estimated by the force of the previous step.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 from contactlaw.jit import jit_inline, jit_of_sums

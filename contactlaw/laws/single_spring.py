@@ -1,7 +1,5 @@
 """One tangential spring for the whole contact with a Coulomb limit: shared by linear_spring and both mindlin laws."""
 
-from __future__ import annotations
-
 from math import sqrt
 from typing import Any, ClassVar
 

@@ -6,8 +6,6 @@ restitution. (Scaling the limits mu p instead makes every damped contact stick a
 share of P is infinite; gross slip then misses psi_1 - 2 chi (1 + e) by 4 chi zeta^2/psi_1, 0.08 at e = 0.5.)
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 from contactlaw.jit import jit_inline as jit

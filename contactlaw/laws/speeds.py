@@ -6,8 +6,6 @@ A curve without points leaves the pair's own number in place. A contact evaluate
 persistent contact evaluates its friction again at its sliding speed.
 """
 
-from __future__ import annotations
-
 from math import log, sqrt
 
 from contactlaw.jit import jit

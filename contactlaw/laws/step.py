@@ -1,7 +1,5 @@
 """One contact over one step: first its normal force, then the law's tangential force."""
 
-from __future__ import annotations
-
 from contactlaw.jit import jit_inline as jit
 from contactlaw.laws.hertz import greatest_overlap, hertz_stiffness, normal_force, stiffness_foreseen
 from contactlaw.laws.oscillator import restitution

@@ -41,8 +41,6 @@ If the rim slips by spin while F is inside the curve, this coupling misses most 
 impacts under `microslip` use `sectors` from sigma = 0.02 on.
 """
 
-from __future__ import annotations
-
 from math import copysign, pi, sqrt
 
 import numpy as np

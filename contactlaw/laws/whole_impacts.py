@@ -10,8 +10,6 @@ so no energy can be gained; and if the tangential motion is proportional to the 
 no error.
 """
 
-from __future__ import annotations
-
 from functools import partial
 from math import sqrt
 

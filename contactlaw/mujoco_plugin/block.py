@@ -10,8 +10,6 @@ generalised force of the contacts, shape (nv,); for free bodies the acceleration
 (`world.state`).
 """
 
-from __future__ import annotations
-
 import ctypes
 from typing import Any
 

@@ -8,8 +8,6 @@ and writes coordinates and velocities of all bodies that contacts have touched (
 `load_state` and `store_state`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import types  # pyright: ignore[reportPrivateImportUsage]
 

@@ -1,7 +1,5 @@
 """Configuration of a plugin instance: written by `add_contact` or by hand in XML, read back into a `Contact`."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

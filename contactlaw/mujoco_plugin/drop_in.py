@@ -17,8 +17,6 @@ dm_control a model can be replaced inside an environment:
     env.physics.reload_from_xml_string(model_xml(xml, [("ball", "cup_part_*", hard)], assets=assets), assets)
 """
 
-from __future__ import annotations
-
 import os
 import sys
 import warnings

@@ -6,8 +6,6 @@ possible or all contacts sleep. The heights of height fields, which may be a mil
 begins: at time zero, and after a reset or a state that was set.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from typing import Any

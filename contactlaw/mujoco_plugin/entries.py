@@ -9,8 +9,6 @@ the same way. The engine's parent-child filter and `<exclude>` hold for both. An
 gets a margin so negative that the engine never makes the contact. The plugin's configuration keeps the original bits.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace

@@ -10,8 +10,6 @@ the gyroscopic part of this half step: that part is normal to the spin, so each 
 energy.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 import numpy as np

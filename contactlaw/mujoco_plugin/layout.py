@@ -1,7 +1,5 @@
 """Memory layout of MuJoCo's structs: offsets from the wheel's own description, checked against a live model."""
 
-from __future__ import annotations
-
 import ctypes
 import hashlib
 from functools import cache, cached_property

@@ -4,8 +4,6 @@ This is done when a model is compiled (for the size of the state) and for each `
 step is read by `free` and `trees`.
 """
 
-from __future__ import annotations
-
 from functools import cached_property
 from typing import Any
 

@@ -4,8 +4,6 @@ The codes are bits of `reported`, the word in which the blocks of all `MjData` o
 an instance.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

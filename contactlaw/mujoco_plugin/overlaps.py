@@ -1,7 +1,5 @@
 """Initial overlaps: which geoms lie in each other."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """The plugin as MuJoCo calls it: registration, once a process; sizes, init and reports in Python."""
 
-from __future__ import annotations
-
 import copyreg
 import ctypes
 import sys

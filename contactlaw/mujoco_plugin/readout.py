@@ -1,7 +1,5 @@
 """Readout of a running model: contact forces, ledgers, wrenches on bodies; and a change of friction."""
 
-from __future__ import annotations
-
 import ctypes
 from dataclasses import dataclass
 from typing import Any

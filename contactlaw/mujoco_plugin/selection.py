@@ -1,7 +1,5 @@
 """Selection of geoms of a specification by name, pattern, body or id."""
 
-from __future__ import annotations
-
 import operator
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import count

@@ -15,8 +15,6 @@ body, a geom, or a site (by the same rule), or with `instance=` those of one ins
 is the mean, weighted by force.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import Any
 

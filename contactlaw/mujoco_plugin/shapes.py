@@ -1,7 +1,5 @@
 """Geoms as shapes: which pairs the law serves, which touch natively, and bounding spheres as the engine has them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf

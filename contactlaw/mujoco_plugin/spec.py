@@ -7,8 +7,6 @@ every geom with one, and a geom without conaffinity against every geom with one,
 Pairs that remain native get an explicit `<pair>`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations_with_replacement, count

@@ -26,8 +26,6 @@ would go on pushing a light hand with 20 times its weight after a contact has st
 Trees that an equality joins are one system, and one tree of the world; those on a moving mocap body are left apart.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import Any
 

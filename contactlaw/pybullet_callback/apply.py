@@ -1,7 +1,5 @@
 """Hook "apply", compiled: the step of the world, and its results for the bodies that contacts have touched."""
 
-from __future__ import annotations
-
 from contactlaw.jit import jit, jit_inside
 from contactlaw.pybullet_callback.read import read_accelerations
 from contactlaw.pybullet_callback.rows import (

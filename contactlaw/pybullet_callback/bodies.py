@@ -1,7 +1,5 @@
 """The bodies of PyBullet that a world holds: read before a step, pushed, and put where the world has them."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Callable, Iterable
 from functools import partial

@@ -1,7 +1,5 @@
 """`ContactCallback`: the contact law in PyBullet, called by the user's loop in every step."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Sequence
 from contextlib import AbstractContextManager

@@ -1,7 +1,5 @@
 """The contacts of a callback: one handle for a pair of bodies or two sets, and which pairs of them may touch."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any

@@ -14,8 +14,6 @@ Then call `contact.step()` in place of stepSimulation. For bodies that are loade
 `contact.add_contact(links_of(robot, "*_wheel"), links_of(floor), pair)`.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 The other shape is replaced by its tangent plane at the nearest point, placed anew before each step.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

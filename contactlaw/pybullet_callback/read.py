@@ -1,7 +1,5 @@
 """Hook "read", compiled: bodies from PyBullet into the world before a step, and accelerations after Bullet's step."""
 
-from __future__ import annotations
-
 from math import isfinite, nan
 
 from contactlaw.jit import jit, jit_inside

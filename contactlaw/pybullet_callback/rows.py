@@ -12,8 +12,6 @@ have touched are written to PyBullet (`write_bodies`). The accelerations follow 
 not due to gravity and the push alone, Python is asked to read the pose too, and the mass of a body that was pushed.
 """
 
-from __future__ import annotations
-
 from math import isfinite
 from typing import Any
 

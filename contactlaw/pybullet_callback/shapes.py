@@ -1,7 +1,5 @@
 """Bodies and shapes read from PyBullet: ids are checked, and shapes become shapes of the world."""
 
-from __future__ import annotations
-
 import operator
 from dataclasses import dataclass
 from typing import Any, NamedTuple

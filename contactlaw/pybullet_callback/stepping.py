@@ -1,7 +1,5 @@
 """Replacement of `pybullet.stepSimulation`, so that a callback can take the steps of loops that it does not own."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager

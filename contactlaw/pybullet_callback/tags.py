@@ -1,7 +1,5 @@
 """Tags by which a callback recognises its bodies: PyBullet gives the id of a removed body to the next one."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from functools import partial
 from itertools import count

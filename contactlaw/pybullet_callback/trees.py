@@ -17,8 +17,6 @@ moves is at most such that its momentum is what the motor can give in a step wit
 else a finger would press what it meets with many times the force of its motor.
 """
 
-from __future__ import annotations
-
 from math import isfinite
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The arrays of a world: created empty, and extended as bodies, shapes and contacts are added."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

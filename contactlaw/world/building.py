@@ -1,7 +1,5 @@
 """Bodies, trees and contacts added to a world from Python; shapes: see `shapes.description`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from math import inf, isinf
 from typing import Any

@@ -4,8 +4,6 @@ A substep is a leapfrog: all bodies drift, then each contact finds its overlap a
 law, then all bodies are kicked. The force at the end of a window begins the next window.
 """
 
-from __future__ import annotations
-
 from math import ceil, floor, nan
 
 from contactlaw.jit import jit_inline, jit_inside

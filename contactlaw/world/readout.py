@@ -1,7 +1,5 @@
 """Contacts, energy and momentum of a world."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

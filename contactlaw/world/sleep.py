@@ -5,8 +5,6 @@ contact of it by more than a tiny share of its overlap. It wakes when a body tha
 changes the velocity or acceleration of one of its bodies.
 """
 
-from __future__ import annotations
-
 from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import settle, spin_change

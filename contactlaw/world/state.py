@@ -10,8 +10,6 @@ sleeps, and the acceleration it fell asleep with, or its pause of implicit steps
 engine can write to rows, and a row may be that of another model: each contact that is not plausible is left out.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]

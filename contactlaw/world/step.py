@@ -10,8 +10,6 @@ integrate             each island through the window
 fly                   all bodies to the end of the step
 """
 
-from __future__ import annotations
-
 from contactlaw.jit import jit, jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import closing_at, fly, is_static, settle, update_momentum

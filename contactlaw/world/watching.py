@@ -1,7 +1,5 @@
 """Which pairs of an island need a look: in a robot most of thousands are far from closing in any substep."""
 
-from __future__ import annotations
-
 from contactlaw.jit import jit_inline
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.data.access import body_at, near_at

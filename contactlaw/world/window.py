@@ -6,8 +6,6 @@ all laws. A pair is active in a window if it is closed, or can close in it by th
 other bodies fly, in closed form, when they are next needed.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 from contactlaw.jit import jit_inside

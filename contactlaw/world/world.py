@@ -1,7 +1,5 @@
 """`World`: bodies, shapes and contacts from Python, without an engine."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from contactlaw import checks

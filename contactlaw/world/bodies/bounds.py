@@ -1,7 +1,5 @@
 """Bounds on the motion of free bodies, for times of impact."""
 
-from __future__ import annotations
-
 from math import sqrt
 
 from contactlaw.jit import jit_inside

@@ -3,8 +3,6 @@
 Bodies of a tree move together: for these the functions of `trees.mobility` and `trees.motion` are called by address.
 """
 
-from __future__ import annotations
-
 from math import ceil, sqrt
 
 from contactlaw.jit import jit_inline, jit_inside

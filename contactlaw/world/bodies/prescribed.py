@@ -4,8 +4,6 @@ A position alone gives no velocity. A body moves uniformly from where the last s
 it, so that contacts feel its motion and carry along what lies on it, and arrives there at the end of the step.
 """
 
-from __future__ import annotations
-
 from contactlaw.jit import jit_inside
 from contactlaw.world.bodies.motion import set_axes
 from contactlaw.world.data.vec import ZERO, load, load4, norm, product, rotation_vector, scale, store, store4, sub

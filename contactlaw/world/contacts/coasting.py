@@ -8,8 +8,6 @@ than the law stores, in unloading it gives back no more. Each contact coasts as 
 this holds.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 from contactlaw.jit import jit_inside

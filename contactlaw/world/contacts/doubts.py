@@ -1,7 +1,5 @@
 """What is doubtful about a contact, of which adapters of engines warn."""
 
-from __future__ import annotations
-
 from contactlaw.jit import jit_inside
 from contactlaw.pair import DEEPEST, FOUND_IN, PASSING, TOO_DEEP
 from contactlaw.world.data.access import pair_at

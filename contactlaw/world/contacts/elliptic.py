@@ -1,7 +1,5 @@
 """The law of elliptic contacts, a function called by address: most scenes do not need it."""
 
-from __future__ import annotations
-
 from collections import namedtuple
 
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]

@@ -7,8 +7,6 @@ change by -zeta(-p, s)/s^p substeps. p = 3/2 for the elastic force of Hertz, 1/4
 linear spring 1 and 0.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 from contactlaw.jit import jit_inside

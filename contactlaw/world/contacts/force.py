@@ -1,7 +1,5 @@
 """Forces of a contact by its law: the calls of laws, a dashpot for persistent contacts, slopes, stored energy."""
 
-from __future__ import annotations
-
 from math import isfinite, sqrt
 
 from contactlaw.jit import jit_inline, jit_inside

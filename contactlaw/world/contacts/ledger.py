@@ -1,7 +1,5 @@
 """Sums over the contacts of a pair of materials: impacts, overlap, force, time, work."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from contactlaw.world.data.records import FREE, Array

@@ -1,7 +1,5 @@
 """Time scales of contacts: durations of impacts, lengths of substeps, effective masses."""
 
-from __future__ import annotations
-
 from math import sqrt
 
 from contactlaw.jit import jit_inside

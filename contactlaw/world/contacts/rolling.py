@@ -1,7 +1,5 @@
 """Rolling resistance of contacts: moments across the normal."""
 
-from __future__ import annotations
-
 from math import sqrt
 
 from contactlaw.jit import jit_inside

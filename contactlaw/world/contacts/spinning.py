@@ -1,7 +1,5 @@
 """Torsion of contacts that spin about their normals, a function called by address: most scenes do not need it."""
 
-from __future__ import annotations
-
 from math import sqrt
 
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]

@@ -1,7 +1,5 @@
 """A contact from touch to parting: its slot, frame, force and work, and the impulses on its bodies."""
 
-from __future__ import annotations
-
 from contactlaw.jit import jit_inline, jit_inside
 from contactlaw.laws import speeds
 from contactlaw.laws.ellipse import share_along

@@ -3,8 +3,6 @@
 Python owns the arrays (`world.arrays`), keeps them alive and writes their addresses into the record.
 """
 
-from __future__ import annotations
-
 from math import isnan
 from typing import Any
 

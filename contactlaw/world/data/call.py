@@ -3,8 +3,6 @@
 Signatures first, then what calls a function of each signature: the address comes before the arguments.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numba

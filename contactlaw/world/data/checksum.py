@@ -1,7 +1,5 @@
 """A checksum of numbers, sensitive to every bit."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import types
 

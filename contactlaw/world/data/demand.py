@@ -6,8 +6,6 @@ step returns. For that, compiled code schedules a pending call of the interprete
 thread calls PyObject_IsTrue of `PENDING_ERROR`, which raises. (A pending call scheduled from Python would run at once.)
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import nullcontext
 from ctypes import CFUNCTYPE, c_int64, c_void_p, cast, pythonapi

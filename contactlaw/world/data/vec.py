@@ -1,7 +1,5 @@
 """Vectors in space as tuples of three floats: no allocation, no reference counts, every component in a register."""
 
-from __future__ import annotations
-
 from math import atan2, copysign, cos, sin, sqrt
 
 from contactlaw.jit import jit_inside

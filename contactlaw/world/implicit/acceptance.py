@@ -3,8 +3,6 @@
 No contact may strike, part or begin to stick within an implicit step, as these depend on the time when they happen.
 """
 
-from __future__ import annotations
-
 from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.bounds import time_to_close

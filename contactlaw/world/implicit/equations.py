@@ -5,8 +5,6 @@ diagonal. The factors L U = H have no entries outside of it (George & Liu, Compu
 Definite Systems, 1981, chapter 4), so that the cost of a chain of bodies is proportional to its length.
 """
 
-from __future__ import annotations
-
 from contactlaw.jit import jit_inside
 from contactlaw.world.trees.kinematics import vector
 

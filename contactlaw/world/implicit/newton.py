@@ -9,8 +9,6 @@ forces P, F, G and their slopes K (`force.slopes`), an iteration for a stage of 
 and likewise with the moments of contacts.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 from contactlaw.jit import jit_inside

@@ -14,8 +14,6 @@ In trees, forces in the joints are those of the start of the step. Two stages wo
 second to a vibration. One stage b = h, which keeps that energy as engines do, replaces them unless a contact slides.
 """
 
-from __future__ import annotations
-
 from math import isfinite, sqrt
 
 from contactlaw.jit import jit_inside

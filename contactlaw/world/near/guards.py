@@ -12,8 +12,6 @@ than the sum is not measured, at the cost of one comparison a step. Of all guard
 one counts the motion.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 from contactlaw.jit import jit_inside

@@ -7,8 +7,6 @@ those in cells of its own width and wider. The list is sorted by shapes, so that
 was made.
 """
 
-from __future__ import annotations
-
 from math import ceil, floor, log2, sqrt
 
 from numba import types

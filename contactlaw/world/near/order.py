@@ -1,7 +1,5 @@
 """The order of the near list: by shape A, then by shape B."""
 
-from __future__ import annotations
-
 from contactlaw.jit import jit_inside
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.data.access import near_at

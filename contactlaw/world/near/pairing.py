@@ -4,8 +4,6 @@ Corners, edges and rims lie within their core. Two cores, or a core and a plane,
 all parts of a shape lie behind its plane. So one product excludes most of the hundreds of parts of a hull.
 """
 
-from __future__ import annotations
-
 from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.pair import DEEPEST

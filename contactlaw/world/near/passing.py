@@ -9,8 +9,6 @@ plane fixed to B separates at both ends needs no look; there the speed along its
 arm, which turn fast and hardly close, pass by each other.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 from contactlaw.jit import jit_inside

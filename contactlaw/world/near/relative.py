@@ -1,7 +1,5 @@
 """How one body moves in the frame of another: now, and at most within a time to come."""
 
-from __future__ import annotations
-
 from contactlaw.jit import jit_inside
 from contactlaw.world.bodies.bounds import spin_bound, turning_bound
 from contactlaw.world.bodies.motion import acceleration_at, acceleration_of, change_bound, turning_change_bound

@@ -1,7 +1,5 @@
 """Times of impact of near pairs: one step of conservative advancement."""
 
-from __future__ import annotations
-
 from numba import types
 
 from contactlaw.jit import jit_inside

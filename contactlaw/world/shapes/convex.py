@@ -6,8 +6,6 @@ are shapes of their own; two cores meet directly in one point only where neither
 cylinder's rims and feet.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from math import copysign, sqrt
 

@@ -4,8 +4,6 @@ For spheres and capsules the edges of a core are sharp. For edges, rims and side
 core's own radius: the distance is that from a core smaller by this radius all around, less the radius.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 from contactlaw.jit import jit_inside

@@ -9,8 +9,6 @@ and D = (K - E)/k^2. Hence P = 4/3 E* sqrt(R) delta^1.5 as for balls, with R = p
 function of ln(q/p) alone, here a fit to 5e-4 for q/p up to 1e5.
 """
 
-from __future__ import annotations
-
 from math import exp, log, log1p, sqrt
 
 from contactlaw.jit import jit_inside

@@ -1,7 +1,5 @@
 """Shapes added to a world from Python, as fields of the records `records.SHAPE`."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -13,8 +13,6 @@ envelope theorem the force on it is the gradient of the overlap. The side of a c
 is the disc swept along the axis too, crowned by C (1 + s^2 + y^2/c^2), s from -1 to 1.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from math import sqrt
 

@@ -13,8 +13,6 @@ centre to the polyhedron gives the next normal, that of the ellipsoid where the 
 Optim. 13, 298-321): the gap is then smaller at each iteration, so that no feature is tried for ever.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from math import atan2, copysign, cos, sin, sqrt
 

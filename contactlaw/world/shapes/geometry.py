@@ -1,7 +1,5 @@
 """Overlap, normal, point of contact and effective radius of two shapes: spheres and planes here, others by address."""
 
-from __future__ import annotations
-
 from numba import types
 
 from contactlaw.jit import jit_inside

@@ -4,8 +4,6 @@ The distance is that of the Minkowski difference from the origin. A simplex of i
 until the vertex furthest towards the origin is already in the simplex: the result is then exact.
 """
 
-from __future__ import annotations
-
 from math import atan2, copysign, cos, floor, pi, sin
 
 from contactlaw.jit import jit_inside

@@ -9,8 +9,6 @@ A rim or an ellipsoid touches at the point x, y whose tangent plane has the deep
 With L the greatest slope, a point at a height H over the surface is at least H/sqrt(1 + L^2) away from it.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from math import sqrt
 

@@ -5,8 +5,6 @@ from all the faces that meet there, by least squares where these are more than t
 r has the faces of the hull, and edges and vertices of radius r.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from contactlaw.world.data.records import Array

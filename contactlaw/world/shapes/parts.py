@@ -1,7 +1,5 @@
 """Round parts by which boxes, cylinders and hulls meet flat shapes."""
 
-from __future__ import annotations
-
 from itertools import product
 from typing import Any
 

@@ -10,8 +10,6 @@ which is strictly convex: its minimum over the square of s and t has a closed fo
 envelope theorem the force along the line of both points is the gradient of the overlap.
 """
 
-from __future__ import annotations
-
 from contactlaw.jit import jit_inside
 from contactlaw.world.data.vec import dot
 

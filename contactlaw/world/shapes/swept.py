@@ -4,8 +4,6 @@ These functions are called by address through `TABLE`, so that they are compiled
 Hulls and ellipsoids have functions of their own in place of some, see `convex` and `ellipsoid`.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from math import sqrt
 

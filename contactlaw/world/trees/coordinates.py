@@ -1,7 +1,5 @@
 """Coordinates and velocities of trees from Python, and the addresses of the functions that move trees."""
 
-from __future__ import annotations
-
 from ctypes import CFUNCTYPE, c_uint64
 from functools import lru_cache
 from typing import Any

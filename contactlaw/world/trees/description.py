@@ -1,7 +1,5 @@
 """Trees of bodies, described body by body."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace

@@ -16,8 +16,6 @@ laid out as the first part of row k. The damping D and the inertia E, by which s
 symmetric and laid out likewise: other coupling of joints in two branches, as by a damped tendon, is not in them.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 from contactlaw.jit import jit_inside

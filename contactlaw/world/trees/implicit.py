@@ -1,7 +1,5 @@
 """A tree of bodies in an implicit step: its mass matrix, its Jacobians, and the pose that its velocities lead to."""
 
-from __future__ import annotations
-
 from contactlaw.world.data.access import axis_at, tree_at
 from contactlaw.world.trees.dynamics import add_impulse, limit_force
 from contactlaw.world.trees.kinematics import vector

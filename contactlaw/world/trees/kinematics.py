@@ -9,8 +9,6 @@ for a hinge through p, s = (p - O) x e. All velocities are sums of these along t
 Dynamics Algorithms, 2008, chapters 2 and 3).
 """
 
-from __future__ import annotations
-
 from math import cos, sin
 
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]

@@ -8,8 +8,6 @@ With q the generalised coordinates, v the velocities, M(q) = L^T D L the mass ma
 `bodies.motion` calls these functions, and those of `trees.motion`, by their addresses for bodies of a tree.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 from contactlaw.jit import jit_inside

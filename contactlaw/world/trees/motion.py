@@ -14,8 +14,6 @@ first up to its middle, then that of the second: what rests stays. The middle is
 forces, as a contains centripetal terms, which jump with v.
 """
 
-from __future__ import annotations
-
 from math import ceil
 
 from contactlaw.jit import jit_inside

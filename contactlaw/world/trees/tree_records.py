@@ -1,7 +1,5 @@
 """The records of a tree of bodies, from arrays named as in MuJoCo's model."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
