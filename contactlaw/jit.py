@@ -309,13 +309,14 @@ def address_of(function: Callable[..., Any], signature: Any, key: str = "", ours
     """Return the address of a C function compiled from a Python function; it stays valid until the process ends.
 
     Args:
-        function: Function to compile, with a numba signature.
-        signature: That signature.
+        function: Function to compile.
+        signature: Its numba signature, or the `memory.caller` of such functions.
         key: What the code depends on outside the sources of the package.
         ours: Whether the function is part of this package, whose sources key the cache. Others are compiled in each
             process (a second or less), since a change in what they import would go unnoticed.
     """
-    compiled = _Compiled(function, normalize_signature(signature), locals={}, options={"error_model": "numpy"})
+    signature = normalize_signature(getattr(signature, "signature", signature))
+    compiled = _Compiled(function, signature, locals={}, options={"error_model": "numpy"})
     if ours:
         _cache(compiled, key)
     compiled.compile()

@@ -30,7 +30,10 @@ def _intrinsic_of(signature: Any, build: Callable[..., Any]) -> Any:
 
 
 def caller(signature: Any) -> Any:
-    """Return an intrinsic that calls a C function of a numba signature; its arguments are the address, then those."""
+    """Return an intrinsic that calls a C function of a numba signature; its arguments are the address, then those.
+
+    `jit.address_of` gives addresses of functions of that signature.
+    """
 
     def build(context: Any, builder: Any, _: Any, values: Any) -> Any:
         nothing = signature.return_type == types.void
@@ -39,7 +42,9 @@ def caller(signature: Any) -> Any:
         out = builder.call(builder.inttoptr(values[0], kind.as_pointer()), values[1:])
         return context.get_dummy_value() if nothing else out
 
-    return _intrinsic_of(signature.return_type(types.uint64, *signature.args), build)
+    out = _intrinsic_of(signature.return_type(types.uint64, *signature.args), build)
+    out.signature = signature
+    return out
 
 
 def element(dtype: np.dtype) -> Any:

@@ -2,11 +2,9 @@
 
 procedure     the functions for users
 table         checked tables of impacts
-curve         the law's rebound curve, for any stiffness ratio
-fit           the curve through the impacts
+fit           the law's rebound curve, for any stiffness ratio, through the impacts
 outliers      impacts that are left out
-ranges        95 % ranges of the parameters
-thinning      large tables, fitted by averages
+ranges        95 % ranges of the parameters; large tables are fitted by averages
 over_speed    restitution that depends on speed
 assessment    the whole evaluation, and its verdict in words
 result        `Calibration`, the result

@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 from scipy import stats
 
-from contactlaw.calibration.curve import sliding_from
-from contactlaw.calibration.fit import problem_of
+from contactlaw.calibration.fit import problem_of, sliding_from
 from contactlaw.calibration.outliers import far_limit, robust_scale
 from contactlaw.calibration.over_speed import over_speed
-from contactlaw.calibration.ranges import NORMAL, Evidence, widening
+from contactlaw.calibration.ranges import NORMAL, Evidence, evidence_of, widening
 from contactlaw.calibration.result import (
     SLIDES,
     SLIDES_FIRST,
@@ -20,7 +19,6 @@ from contactlaw.calibration.result import (
     OverSpeedFit,
 )
 from contactlaw.calibration.table import Array, Impacts, Mask
-from contactlaw.calibration.thinning import evidence_of
 
 USUAL_KAPPA = 0.85  # 2 (1 - nu)/(2 - nu) of equal materials with nu = 0.26
 

@@ -18,12 +18,16 @@ This q is the nearest to t in the norm of energy, so friction dissipates energy 
 method on 1/|q|, as in trust-region methods; for s = 0 the first step is exact.
 """
 
+from collections import namedtuple
 from math import sqrt
+
+from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_inline as jit
 from contactlaw.laws.nodes import follow, levers, step_of
 from contactlaw.laws.record import SPRUNG
 from contactlaw.laws.slip import carried
+from contactlaw.memory import doubles_at
 
 ROOTS = 3  # steps of Newton's method; s is at most 0.17 if 1/kappa is below 1.25
 
@@ -70,3 +74,17 @@ def advance(contact, law, memory, du, dv):
         pull_u += law.w[i] * u
         pull_v += law.w[i] * v
     contact.f, contact.g = carried(contact, pull_u * share, pull_v * share)
+
+
+Nodes = namedtuple("Nodes", "x x2 w")
+
+
+def advance_elliptic(c, numbers, memory, count, du, dv):
+    """Update the tangential force of contact c of a world by `advance`; called by address, as most scenes need it not.
+
+    numbers, memory: addresses of the law's parameters and of its history. count: number of nodes. du, dv: displacement
+    of A over B along both tangents [m].
+    """
+    n = int(count)
+    own = carray(doubles_at(numbers), 3 * n)
+    advance(c.touch, Nodes(own[:n], own[n : 2 * n], own[2 * n :]), carray(doubles_at(memory), (2, n)), du, dv)

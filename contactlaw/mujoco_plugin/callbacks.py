@@ -13,7 +13,7 @@ from numba import types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import c_callback
 from contactlaw.memory import whole_at
-from contactlaw.mujoco_plugin import layout, notices
+from contactlaw.mujoco_plugin import free, layout, notices
 from contactlaw.mujoco_plugin.block import (
     LEFT,
     MOCAP_SIZE,
@@ -28,22 +28,11 @@ from contactlaw.mujoco_plugin.block import (
     shifted,
 )  # fmt: skip
 from contactlaw.mujoco_plugin.edits import is_edited
-from contactlaw.mujoco_plugin.free import (
-    lead_free,
-    mean_share,
-    press_free,
-    read_free,
-    reduce_clearance,
-    same_as_left,
-    set_clearance,
-    stays_clear,
-    write_free,
-)
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.mujoco_plugin.notices import report_contacts, report_once, send_report
 from contactlaw.mujoco_plugin.sensors import call_sense
 from contactlaw.mujoco_plugin.trees import FIND, READ, WRITE, call_press, call_trees
-from contactlaw.world.bodies.prescribed import move_kinematic
+from contactlaw.world.bodies.motion import move_kinematic
 from contactlaw.world.data.access import body_at, contact_at, near_at, world_at
 from contactlaw.world.data.call import address, call_read, call_step, ready
 from contactlaw.world.data.checksum import as_float, mix
@@ -78,13 +67,13 @@ def move_world(head, w, state):
     known = head.mocap_count == 0 and w.stale != 0
     known = known and state[LEFT] == end_checksum(head, shifted(head.start, 1), shifted(head.start, 1 + head.nq))
     for i in range(head.free_count):
-        read_free(head, free_at(head.frees, i), known)
+        free.read_free(head, free_at(head.frees, i), known)
     for i in range(head.mocap_count):
         read_mocap(head, w, mocap_at(head.mocaps, i), state[PUSH + 2 * head.nv + MOCAP_SIZE * i :])
     run_trees(head, FIND)
     if head.tree_count == 0 and head.mocap_count == 0 and is_at_rest(w):
         for i in range(head.free_count):
-            write_free(head, free_at(head.frees, i), state[PUSH + head.nv :])
+            free.write_free(head, free_at(head.frees, i), state[PUSH + head.nv :])
         copy(floats(data_at(head.data, 0).qacc, 0, head.nv), floats(head.left, 1 + head.nq + head.nv, head.nv))
         return ASLEEP
     if head.calm != 0 and is_edited(head):
@@ -93,20 +82,20 @@ def move_world(head, w, state):
     if run_trees(head, READ) and head.free_count + head.mocap_count == 0 and head.idle != 0:
         return MOVED
     for i in range(head.free_count):
-        lead_free(head, free_at(head.frees, i))
+        free.lead_free(head, free_at(head.frees, i))
     call_step(address(w, STEP), w, head.step_size, FIXED_ROOM)
     call_step(address(w, STEP), w, head.step_size, FIND_PRESSED)
     if head.lag > 0.0:
         touch_near(w)
     for i in range(head.free_count):
-        write_free(head, free_at(head.frees, i), state[PUSH + head.nv :])
+        free.write_free(head, free_at(head.frees, i), state[PUSH + head.nv :])
     run_trees(head, WRITE)
     report_contacts(head, w)
     store_state(head, w, state)
     for i in range(head.free_count):
-        set_clearance(head, w, free_at(head.frees, i))
+        free.set_clearance(head, w, free_at(head.frees, i))
     for k in range(w.nears if head.idle != 0 and w.guard_count + head.tree_count + head.mocap_count == 0 else 0):
-        reduce_clearance(head, w, near_at(w.near, k))
+        free.reduce_clearance(head, w, near_at(w.near, k))
     return MOVED
 
 
@@ -121,7 +110,7 @@ def step_world(head):
     if head.calm == ASLEEP and sleeps_on(head):
         pushes = floats(data_at(head.data, 0).plugin_state, head.state + PUSH + head.nv, head.nv)
         for i in range(head.free_count):
-            write_free(head, free_at(head.frees, i), pushes)
+            free.write_free(head, free_at(head.frees, i), pushes)
         return REPEATED
     state = load_state(head)
     return CALM if w.stale == 0 and all_stay_clear(head, w) else move_world(head, w, state)
@@ -133,7 +122,7 @@ def sleeps_on(head):
     d, kept, differ = data_at(head.data, 0), shifted(head.left, 1 + head.nq + head.nv), 0
     for i in range(head.nv):
         differ |= whole_at(d.qacc, i) ^ whole_at(kept, i)
-    same = differ == 0 and same_as_left(head, 0, head.nq, 0, head.nv)
+    same = differ == 0 and free.same_as_left(head, 0, head.nq, 0, head.nv)
     return same and floats(d.plugin_state, head.state, 1)[TOKEN] == head.token
 
 
@@ -232,7 +221,7 @@ def all_stay_clear(head, w):
     """Return whether there are only free bodies, no contact is in use, and no two shapes can have touched."""
     clear = head.mocap_count + head.tree_count == 0 and w.spares == w.contact_room
     for i in range(head.free_count if clear else 0):
-        clear = clear and stays_clear(head, free_at(head.frees, i))
+        clear = clear and free.stays_clear(head, free_at(head.frees, i))
     return clear
 
 
@@ -245,7 +234,7 @@ def store_state(head, w, state):
         p = near_at(w.near, k)
         if p.closed != 0:
             c = contact_at(w.contacts, p.slot)
-            force = scale(mean_share(c, head.step_size), load(c.force))
+            force = scale(free.mean_share(c, head.step_size), load(c.force))
             add_force(head, p.body_a, load(c.arm_a), force, push)
             add_force(head, p.body_b, load(c.arm_b), scale(-1.0, force), push)
     d, head.idle, w.edited = data_at(head.data, 0), 1 if w.spares == w.contact_room else 0, 0
@@ -263,7 +252,7 @@ def add_force(head, body, arm, force, push_io):
     """Add a force on a body of the world [N], at an arm [m] from its centre of mass, to the generalised force."""
     b = body_at(world_at(head.world, 0).bodies, body)
     if 0 < body <= head.free_count:
-        press_free(b, free_at(head.frees, body - 1), arm, force, push_io)
+        free.press_free(b, free_at(head.frees, body - 1), arm, force, push_io)
     elif b.tree != 0:
         call_press(head.tree_force, head.address, b, arm, force, push_io.ctypes.data)
 

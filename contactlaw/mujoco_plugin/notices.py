@@ -12,16 +12,15 @@ from numpy.typing import NDArray
 
 from contactlaw.memory import caller, set_whole, whole_at
 from contactlaw.mujoco_plugin.layout import jit
-from contactlaw.world.contacts import doubts
-from contactlaw.world.contacts.doubts import doubt_value, doubts_of
 from contactlaw.world.data.access import contact_at, near_at, world_at
 from contactlaw.world.data.call import error_pending, raise_later
+from contactlaw.world.readout import DOUBTFUL, DOUBTS, PUT_IN, doubt_value, doubts_of
 
-FULL, DAMAGED, SWITCHED_OFF, UNSAVED, EDITED, TOWED = (1 << bit for bit in range(len(doubts.DOUBTS), 10))
+FULL, DAMAGED, SWITCHED_OFF, UNSAVED, EDITED, TOWED = (1 << bit for bit in range(len(DOUBTS), 10))
 
-TEXTS = doubts.TEXTS | {
+TEXTS = DOUBTFUL | {
     EDITED: "the model has been edited, and the law keeps the old values: ",
-    doubts.PUT_IN: f"{doubts.TEXTS[doubts.PUT_IN]}; overlaps='keep' takes it as given",
+    PUT_IN: f"{DOUBTFUL[PUT_IN]}; overlaps='keep' takes it as given",
     DAMAGED: "the law's part of plugin_state was not written by a step of this model (it is of another model, or "
     "damaged); contacts start anew",
     SWITCHED_OFF: "disableflags: spring and damper are both disabled, and with them all passive forces: "
@@ -92,7 +91,7 @@ def report_contacts(head, w):
         if p.slot >= 0:
             c = contact_at(w.contacts, p.slot)
             bits = doubts_of(w, c)
-            for bit in doubts.DOUBTS:
+            for bit in DOUBTS:
                 if bits & bit != 0:
                     report_contact(head, c, bit, doubt_value(c, bit))
     if w.lost > 0:

@@ -13,10 +13,9 @@ from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import HEAD, TOKEN
 from contactlaw.mujoco_plugin.instances import ContactInstance, contact_instances
 from contactlaw.mujoco_plugin.layout import record_at
-from contactlaw.world.contacts.ledger import Ledger, ledger
 from contactlaw.world.data.demand import READ, supply
 from contactlaw.world.data.records import BODY, CLOSED, CONTACT, FREE, PAIR, SHAPE, WORLD
-from contactlaw.world.readout import mean_impulses
+from contactlaw.world.readout import Ledger, ledger, mean_impulses
 
 Array = NDArray[np.float64]
 _READ = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64)

@@ -7,6 +7,6 @@ checks.need("pybullet", "contactlaw.pybullet_callback", "pybullet")
 from contactlaw.pybullet_callback.callback import ContactCallback  # noqa: E402
 from contactlaw.pybullet_callback.contact import ContactState  # noqa: E402
 from contactlaw.pybullet_callback.drop_in import Loaded, links_of, load_urdf  # noqa: E402
-from contactlaw.world.contacts.ledger import Ledger  # noqa: E402
+from contactlaw.world.readout import Ledger  # noqa: E402
 
 __all__ = ["ContactCallback", "ContactState", "Ledger", "Loaded", "links_of", "load_urdf"]

@@ -1,32 +1,15 @@
 """Hook "apply", compiled: the step of the world, and its results for the bodies that contacts have touched."""
 
 from contactlaw.jit import jit, jit_inside
+from contactlaw.pybullet_callback import rows
 from contactlaw.pybullet_callback.read import read_accelerations
-from contactlaw.pybullet_callback.rows import (
-    ASLEEP,
-    FLAGS,
-    LISTED,
-    NO_ROOM,
-    NOT_FINITE,
-    NOTED,
-    OTHERS,
-    UNKNOWN,
-    head_at,
-    note_end,
-    quaternion_of,
-    row_at,
-    same_motion,
-    select,
-    store_quaternion,
-    torque_for,
-)  # fmt: skip
 from contactlaw.world.bodies.motion import set_axes, spin_rate
-from contactlaw.world.contacts.doubts import doubts_of
 from contactlaw.world.data.access import body_at, contact_at, world_at
 from contactlaw.world.data.call import address, call_step, ready
 from contactlaw.world.data.demand import STEP
 from contactlaw.world.data.records import CLOSED, FREE
 from contactlaw.world.data.vec import add, axpy, load, load4, scale, share_of, store, store4, sub
+from contactlaw.world.readout import doubts_of
 from contactlaw.world.sleep import is_at_rest
 from contactlaw.world.step import GROWING_ROOM
 
@@ -39,18 +22,18 @@ def finish_step(block):
     room. UNKNOWN: time step and gravity must be read.
     OTHERS: these, the poses of bodies that something else moved, and the masses of those of them that were pushed.
     """
-    head = head_at(block, 0)
+    head = rows.head_at(block, 0)
     w = world_at(head.world, 0)
     others = read_accelerations(head, w)
     if others < 0:
-        return NOT_FINITE
+        return rows.NOT_FINITE
     if (others > 0 or head.unknown != 0) and head.refreshed == 0:
         head.refreshed = 1
-        return OTHERS if others > 0 else UNKNOWN
+        return rows.OTHERS if others > 0 else rows.UNKNOWN
     if not (ready(w, STEP) and call_step(address(w, STEP), w, head.dt, GROWING_ROOM)):
-        return NO_ROOM
+        return rows.NO_ROOM
     done = write_bodies(head, w)
-    return done if done > 0 or not is_at_rest(w) else ASLEEP
+    return done if done > 0 or not is_at_rest(w) else rows.ASLEEP
 
 
 @jit_inside
@@ -62,41 +45,41 @@ def write_bodies(head, w):
     head.selected_count = 0
     flags = check_contacts(head, w)
     for k in range(head.count):
-        r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
+        r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
         if r.in_tree != 0:
             continue
         if b.touched != 0 and r.mass > 0.0:
             write_touched(head, k, r, b)
         elif b.asleep != 0 or r.mass == 0.0:
-            note_end(r, r.before, 0.0)
-            if r.mass > 0.0 and not same_motion(r.after, r.before):
-                select(head, k)
+            rows.note_end(r, r.before, 0.0)
+            if r.mass > 0.0 and not rows.same_motion(r.after, r.before):
+                rows.select(head, k)
         else:
-            note_end(r, r.after, 0.0)
+            rows.note_end(r, r.after, 0.0)
         if b.asleep != 0:  # the contacts carry what accelerates it
             store(r.force, scale(-r.mass, load(b.acceleration)))
             store(r.torque, scale(-1.0, load(b.torque)))
-    return FLAGS * head.selected_count + flags
+    return rows.FLAGS * head.selected_count + flags
 
 
 @jit_inside
 def check_contacts(head, w):
     """Find which bodies have closed contacts; return the bits NOTED (something to report) and LISTED."""
-    flags = 0 if w.lists == head.lists else LISTED
+    flags = 0 if w.lists == head.lists else rows.LISTED
     head.lists = w.lists
     for k in range(head.count):
-        r = row_at(head.rows, k)
+        r = rows.row_at(head.rows, k)
         r.was_pressed, r.pressed = r.pressed, 0
     for slot in range(w.contact_room):
         c = contact_at(w.contacts, slot)
         if c.phase == FREE:
             continue
         bits = doubts_of(w, c)
-        flags |= NOTED if bits & ~c.noted != 0 else 0
+        flags |= rows.NOTED if bits & ~c.noted != 0 else 0
         c.noted |= bits
         if c.phase == CLOSED:
-            row_at(head.rows, c.body_a - 1).pressed = 1
-            row_at(head.rows, c.body_b - 1).pressed = 1
+            rows.row_at(head.rows, c.body_a - 1).pressed = 1
+            rows.row_at(head.rows, c.body_b - 1).pressed = 1
     return flags
 
 
@@ -118,15 +101,15 @@ def write_touched(head, k, r, b):
     gained = sub(scale(1.0 / dt, sub(v, load(m.velocity))), a)
     store(r.force, scale(r.mass, gained))
     # the torque for the axes at the start of the step, as Bullet uses the inertia there
-    store4(b.quaternion, quaternion_of(m))
+    store4(b.quaternion, rows.quaternion_of(m))
     set_axes(b)
     rate = sub(scale(1.0 / dt, sub(spin, load(m.spin))), spin_rate(b, load(m.spin)))
-    store(r.torque, torque_for(r, b, rate))
+    store(r.torque, rows.torque_for(r, b, rate))
     store4(b.quaternion, turned)
     set_axes(b)
-    select(head, k)
+    rows.select(head, k)
     store(r.left.position, load(b.position))
-    store_quaternion(r.left, turned)
+    rows.store_quaternion(r.left, turned)
     store(r.left.velocity, v)
     store(r.left.spin, spin)
     r.bullet_time = 0.0

@@ -9,7 +9,6 @@ import numpy as np
 import pybullet as p
 
 from contactlaw.pybullet_callback.apply import finish_step
-from contactlaw.pybullet_callback.measure import Measured
 from contactlaw.pybullet_callback.read import begin_step, find_pressed, select_pushed, stays_apart
 from contactlaw.pybullet_callback.rows import (
     ASLEEP,
@@ -23,7 +22,7 @@ from contactlaw.pybullet_callback.rows import (
     PLACED,
     ROW,
 )
-from contactlaw.pybullet_callback.shapes import BASE, Key, engine_parameters, name_of
+from contactlaw.pybullet_callback.shapes import BASE, Key, Measured, engine_parameters, name_of
 from contactlaw.pybullet_callback.stepping import STEP_BULLET
 from contactlaw.pybullet_callback.trees import Tree
 from contactlaw.world import World

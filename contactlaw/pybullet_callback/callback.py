@@ -19,7 +19,7 @@ from contactlaw.pybullet_callback.scene import Saved, Scene
 from contactlaw.pybullet_callback.shapes import client_of, engine_parameters, read_sides
 from contactlaw.pybullet_callback.stepping import NEXT, STEP_BULLET, stepping, take
 from contactlaw.pybullet_callback.tags import Tags
-from contactlaw.world.contacts.ledger import Ledger
+from contactlaw.world.readout import Ledger
 
 LEAST_SUBSTEPS = 10
 NEWS = LISTED | NOTED  # results of a step that are handled in Python

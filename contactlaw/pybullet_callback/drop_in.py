@@ -24,19 +24,11 @@ import pybullet as p
 
 from contactlaw import checks
 from contactlaw.pair import ContactPair
+from contactlaw.pybullet_callback import shapes
 from contactlaw.pybullet_callback.callback import ContactCallback
-from contactlaw.pybullet_callback.shapes import (
-    BASE,
-    LINK_NAME,
-    Key,
-    bodies_of,
-    client_of,
-    collision_shapes,
-    identity,
-)
 
 Names = str | Sequence[str]
-Other = int | Names | Sequence[int] | Sequence[Key]
+Other = int | Names | Sequence[int] | Sequence[shapes.Key]
 Contacts = Sequence[tuple[Names, Other, ContactPair] | tuple[Names, Other, ContactPair, Mapping[str, Any]]]
 
 UNDAMPED = {"linearDamping": 0.0, "angularDamping": 0.0, "maxJointVelocity": 1e6}
@@ -115,7 +107,7 @@ def load_urdf(
         p.removeBody(body, client)
         raise
     if undamped:
-        p.changeDynamics(body, BASE, physicsClientId=client, **UNDAMPED)
+        p.changeDynamics(body, shapes.BASE, physicsClientId=client, **UNDAMPED)
     return Loaded(body, tuple(handles))
 
 
@@ -139,7 +131,7 @@ def _option(name: str, value: Any) -> Any:
     raise ValueError(f"{name}: is no option of pybullet.loadURDF, or is set by `callback`")
 
 
-def links_of(body: int | Iterable[int], *names: Names, client: int = 0, argument: str = "names") -> list[Key]:
+def links_of(body: int | Iterable[int], *names: Names, client: int = 0, argument: str = "names") -> list[shapes.Key]:
     """Return links of a body by their names, for `ContactCallback.add_contact`.
 
     Args:
@@ -155,14 +147,14 @@ def links_of(body: int | Iterable[int], *names: Names, client: int = 0, argument
     Raises:
         ValueError: No such body, no such link (the message offers the nearest names), or one without a collision shape.
     """
-    client = client_of(client)
+    client = shapes.client_of(client)
     given = body if np.iterable(body) and not isinstance(body, str | bytes) else [body]
-    bodies = [identity("body", one, bodies_of(client), "the bodies of this client") for one in given]
+    bodies = [shapes.identity("body", one, shapes.bodies_of(client), "the bodies of this client") for one in given]
     if not bodies:
         raise ValueError(f"body = {body!r}: holds no bodies; must hold one or more")
     links = [both for one in bodies for both in _names(one, client)]
-    solid = {key for key, _ in links if collision_shapes(client, *key)}
-    found: dict[Key, None] = {}
+    solid = {key for key, _ in links if shapes.collision_shapes(client, *key)}
+    found: dict[shapes.Key, None] = {}
     for text in checks.flat(names) or ["*"]:
         if not isinstance(text, str):
             raise ValueError(f"{argument} = {text!r}: must be the name of a link, or a pattern such as '*_wheel'")
@@ -178,11 +170,11 @@ def links_of(body: int | Iterable[int], *names: Names, client: int = 0, argument
     return list(found)
 
 
-def _names(body: int, client: int) -> list[tuple[Key, str]]:
+def _names(body: int, client: int) -> list[tuple[shapes.Key, str]]:
     base = p.getBodyInfo(body, client)[0]
     joints = range(p.getNumJoints(body, client))
-    links = [((body, link), p.getJointInfo(body, link, client)[LINK_NAME]) for link in joints]
-    return [(key, name.decode()) for key, name in [((body, BASE), base), *links]]
+    links = [((body, link), p.getJointInfo(body, link, client)[shapes.LINK_NAME]) for link in joints]
+    return [(key, name.decode()) for key, name in [((body, shapes.BASE), base), *links]]
 
 
 def _are_names(value: Any) -> bool:

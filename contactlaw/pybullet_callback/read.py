@@ -3,23 +3,8 @@
 from math import isfinite, nan
 
 from contactlaw.jit import jit, jit_inside
-from contactlaw.pybullet_callback.rows import (
-    EXACT,
-    NOT_FINITE,
-    PASSED,
-    PLACED,
-    finite,
-    head_at,
-    note_end,
-    quaternion_of,
-    row_at,
-    same_motion,
-    select,
-    set_body,
-    torque_for,
-)  # fmt: skip
-from contactlaw.world.bodies.motion import gyroscopic, is_static, spin_change
-from contactlaw.world.bodies.prescribed import move_kinematic
+from contactlaw.pybullet_callback import rows
+from contactlaw.world.bodies.motion import gyroscopic, is_static, move_kinematic, spin_change
 from contactlaw.world.data.access import body_at, near_at, shape_at, world_at
 from contactlaw.world.data.call import address, call_step
 from contactlaw.world.data.demand import STEP
@@ -39,7 +24,7 @@ def begin_step(block):
     Other results: PASSED: no two bodies can touch in this step or the next, and there is no more to do. PLACED: the
     user has moved bodies. NOT_FINITE. A second call does the same again.
     """
-    head = head_at(block, 0)
+    head = rows.head_at(block, 0)
     w = world_at(head.world, 0)
     found = read_bodies(head, w)
     if found != 0:
@@ -59,10 +44,10 @@ def begin_step(block):
     if w.stale != 0 or not far_apart(w, 2.0 * head.dt):
         return select_pushed(block)
     for k in range(head.count):
-        r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
+        r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
         b.turned += head.dt * norm(load(b.spin))  # Bullet turns it, the world does not
-        note_end(r, r.before, head.dt if r.mass > 0.0 else 0.0)
-    return PASSED
+        rows.note_end(r, r.before, head.dt if r.mass > 0.0 else 0.0)
+    return rows.PASSED
 
 
 @jit_inside
@@ -70,21 +55,21 @@ def read_bodies(head, w):
     """Give the world's bodies the poses and velocities that were read; return 0, PLACED or NOT_FINITE."""
     head.refreshed, placed, moved = 0, 0, False
     for k in range(head.count):
-        r = row_at(head.rows, k)
-        if not finite(r.before):
+        r = rows.row_at(head.rows, k)
+        if not rows.finite(r.before):
             head.bad = k
-            return NOT_FINITE
+            return rows.NOT_FINITE
     for k in range(head.count):
-        r = row_at(head.rows, k)
+        r = rows.row_at(head.rows, k)
         if r.in_tree != 0:
             continue
         b = body_at(w.bodies, k + 1)
         store(b.acceleration, load(head.gravity) if r.mass > 0.0 else (0.0, 0.0, 0.0))
         store(b.torque, (0.0, 0.0, 0.0))
         r.placed = 0
-        if r.bullet_time == 0.0 and same_motion(r.before, r.left):
+        if r.bullet_time == 0.0 and rows.same_motion(r.before, r.left):
             if b.asleep == 0 and (r.mass > 0.0 or not is_static(b)):
-                set_body(r, b, head.dt)
+                rows.set_body(r, b, head.dt)
             continue
         v = load(r.before.velocity)
         if r.mass == 0.0 and dot(v, v) + dot(load(r.before.spin), load(r.before.spin)) == 0.0:
@@ -97,22 +82,22 @@ def read_bodies(head, w):
         if r.mass == 0.0 or r.placed != 0:
             placed |= r.placed
             r.pressed, moved = 0, True
-        set_body(r, b, head.dt)
+        rows.set_body(r, b, head.dt)
     if moved:  # sleeping bodies must check again whether what holds them is still there
         w.stale = 1
         for i in range(1, w.body_count):
             b = body_at(w.bodies, i)
             if b.asleep != 0:
                 b.held[0] = nan
-    return PLACED if placed != 0 else 0
+    return rows.PLACED if placed != 0 else 0
 
 
 @jit_inside
 def read_kinematic(w, r, b, dt):
     """Let a body that nothing pushes, and that has no velocity in PyBullet, move to where the user has put it."""
     store(b.position, load(r.left.position))
-    store4(b.quaternion, quaternion_of(r.left))
-    move_kinematic(w, b, load(r.before.position), quaternion_of(r.before), dt)
+    store4(b.quaternion, rows.quaternion_of(r.left))
+    move_kinematic(w, b, load(r.before.position), rows.quaternion_of(r.before), dt)
     r.pressed, r.placed = 0, b.placed
 
 
@@ -120,7 +105,7 @@ def read_kinematic(w, r, b, dt):
 def is_expected(r, v):
     """Return whether a body is where a velocity takes it in the time for which Bullet has moved it."""
     x, way = load(r.before.position), scale(r.bullet_time, v)
-    return norm(sub(sub(x, load(r.left.position)), way)) <= EXACT * (norm(x) + norm(way))
+    return norm(sub(sub(x, load(r.left.position)), way)) <= rows.EXACT * (norm(x) + norm(way))
 
 
 @jit_inside
@@ -138,12 +123,12 @@ def far_apart(w, time):
 @jit
 def stays_apart(block):
     """After `begin_step` has found PASSED, and other velocities have been read: return whether that still holds."""
-    head = head_at(block, 0)
+    head = rows.head_at(block, 0)
     w, ahead = world_at(head.world, 0), 2.0 * head.dt
     for k in range(head.count):
-        r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
+        r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
         if r.mass > 0.0:
-            set_body(r, b, head.dt)
+            rows.set_body(r, b, head.dt)
             b.turned += head.dt * norm(load(b.spin))
             if may_leave_margin(b, ahead):
                 return False
@@ -153,33 +138,33 @@ def stays_apart(block):
 @jit
 def find_pressed(block):
     """Find which bodies are pressed where the user has put bodies: these have their true velocities in PyBullet."""
-    head = head_at(block, 0)
+    head = rows.head_at(block, 0)
     w = world_at(head.world, 0)
     for k in range(head.count):
-        body_at(w.bodies, k + 1).placed = row_at(head.rows, k).placed
+        body_at(w.bodies, k + 1).placed = rows.row_at(head.rows, k).placed
     call_step(address(w, STEP), w, head.dt, FIND_PRESSED)
     for k in range(head.count):
-        r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
+        r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
         if r.placed != 0 and b.pressed != 0:
             r.pressed = 1
             if r.in_tree == 0:
-                set_body(r, b, head.dt)
+                rows.set_body(r, b, head.dt)
 
 
 @jit
 def select_pushed(block):
     """Select the bodies to be pushed with the force of the contacts in the last step; return how many."""
-    head = head_at(block, 0)
+    head = rows.head_at(block, 0)
     head.selected_count = 0
     for k in range(head.count):
-        r = row_at(head.rows, k)
+        r = rows.row_at(head.rows, k)
         if r.in_tree != 0 or r.mass == 0.0:
             continue
         if r.pressed == 0 or r.placed != 0:
             store(r.force, (0.0, 0.0, 0.0))
             store(r.torque, (0.0, 0.0, 0.0))
         else:
-            select(head, k)
+            rows.select(head, k)
     return head.selected_count
 
 
@@ -193,7 +178,7 @@ def read_accelerations(head, w):
     others, falls, sleep = 0, False, head.simple != 0
     dt, gravity = head.dt, load(head.gravity)
     for k in range(head.count):
-        r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
+        r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
         r.disturbed = 0
         if r.mass == 0.0 or r.in_tree != 0:
             continue
@@ -211,7 +196,7 @@ def read_accelerations(head, w):
         twist = sub(sub(u, older), scale(dt, turning))
         spins = norm(u) + norm(older) + dt * norm(turning) + norm(spin_change(b, load(r.torque))) * dt
         store(b.torque, (0.0, 0.0, 0.0))
-        no_force, no_torque = norm(gained) <= EXACT * speeds, norm(twist) <= EXACT * spins
+        no_force, no_torque = norm(gained) <= rows.EXACT * speeds, norm(twist) <= rows.EXACT * spins
         if no_force and no_torque:
             if head.refreshed == 0:
                 store(r.after.position, axpy(dt, v, load(r.before.position)))
@@ -224,7 +209,7 @@ def read_accelerations(head, w):
         if not no_force:
             store(b.acceleration, axpy(1.0 / dt, gained, gravity))
         if not no_torque:
-            store(b.torque, torque_for(r, b, scale(1.0 / dt, twist)))
-        set_body(r, b, dt)
+            store(b.torque, rows.torque_for(r, b, scale(1.0 / dt, twist)))
+        rows.set_body(r, b, dt)
     head.unknown = 0 if others == 0 and (sleep or falls) else 1
     return others

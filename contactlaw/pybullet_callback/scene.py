@@ -12,16 +12,13 @@ import pybullet as p
 from contactlaw.jit import plain
 from contactlaw.pybullet_callback.bodies import Bodies
 from contactlaw.pybullet_callback.contact import Contact, ContactState
-from contactlaw.pybullet_callback.measure import Measured
-from contactlaw.pybullet_callback.shapes import Key, Side, bodies_of, can_move
+from contactlaw.pybullet_callback.shapes import Key, Measured, Side, bodies_of, can_move
 from contactlaw.pybullet_callback.trees import Tree
 from contactlaw.world import World
 from contactlaw.world.arrays import with_contacts_of
-from contactlaw.world.contacts.doubts import TEXTS, doubt_value
-from contactlaw.world.contacts.ledger import Ledger, ledger
 from contactlaw.world.data.frames import IDENTITY
 from contactlaw.world.data.records import FREE, Arrays
-from contactlaw.world.readout import mean_impulses
+from contactlaw.world.readout import DOUBTFUL, Ledger, doubt_value, ledger, mean_impulses
 from contactlaw.world.shapes.description import tangent
 
 # state that is saved, and kept when contacts are added or removed: of `Tree`, and of a body of the world
@@ -152,7 +149,7 @@ class Scene:
     def new_warnings(self, record: Any) -> Iterator[tuple[str, str]]:
         """Yield warnings about a contact that have not been given for its two sides: the sides, and the text."""
         contact, one, two, _ = self.sides_of(record)
-        for bit, text in TEXTS.items():
+        for bit, text in DOUBTFUL.items():
             if int(record["noted"]) & bit and (one.key, two.key, text) not in contact.told:
                 contact.told.add((one.key, two.key, text))
                 yield f"{one} and {two}", text.format(plain(doubt_value)(record, bit))

@@ -1,13 +1,17 @@
-"""Contacts, energy and momentum of a world."""
+"""Contacts of a world, their ledger and what is doubtful about them; energy and momentum."""
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit, jit_inside
+from contactlaw.pair import DEEPEST, FOUND_IN, PASSING, TOO_DEEP
 from contactlaw.world.contacts.force import stored_energy
-from contactlaw.world.data.access import contact_at
+from contactlaw.world.data.access import contact_at, pair_at
 from contactlaw.world.data.records import AXIS, CLOSED, FREE, Array, Arrays
+from contactlaw.world.shapes.curvature import UNCLEAR, radius_is_clear
+from contactlaw.world.shapes.geometry import IGNORED
 from contactlaw.world.trees.coordinates import numbers
 
 READOUT = np.dtype([
@@ -93,3 +97,57 @@ def momentum(world: Arrays) -> tuple[Array, Array]:
     along = np.einsum("nij,ni->nj", axes, b["spin"]) / b["inverse_inertia"]
     own = np.einsum("nij,nj->ni", axes, along)
     return linear.sum(0), (np.cross(b["position"], linear) + own).sum(0)
+
+
+@dataclass(frozen=True)
+class Ledger:
+    """Sums over contacts: in MuJoCo since the model was reset, in PyBullet since the contacts were added.
+
+    Attributes:
+        impacts: Number of touches.
+        greatest_overlap: [m].
+        greatest_force: Greatest normal force [N].
+        time_in_contact: Sum over the contacts [s].
+        normal_work, tangential_work: Work that the motions along and across the normal have done on the contacts [J]:
+            energy lost to damping and friction, and energy stored in contacts that are still closed.
+    """
+
+    impacts: int
+    greatest_overlap: float
+    greatest_force: float
+    time_in_contact: float
+    normal_work: float
+    tangential_work: float
+
+
+def ledger(pairs: Array, contacts: Array, number: int) -> Ledger:
+    """Return the ledger of the pair of materials with this number: of contacts that have parted, and present ones."""
+    touches, deepest, strongest, duration, normal, across = pairs["ledger"][number]
+    rows = contacts[(contacts["phase"] != FREE) & (contacts["pair"] == number)]
+    return Ledger(
+        int(touches + rows["touches"].sum()), float(max([deepest, *rows["deepest"]])),
+        float(max([strongest, *rows["strongest"]])), float(duration + rows["duration"].sum()),
+        float(-normal - rows["normal_work"].sum()), float(-across - rows["friction_work"].sum()),
+    )  # fmt: skip
+
+
+DEEP, PUT_IN, UNCLEAR_RADIUS, PASSES_THROUGH = DOUBTS = 1, 2, 4, 8
+DOUBTFUL = {DEEP: TOO_DEEP, PUT_IN: FOUND_IN, UNCLEAR_RADIUS: UNCLEAR, PASSES_THROUGH: PASSING}
+"""Warnings; {} stands for `doubt_value`."""
+
+
+@jit_inside
+def doubts_of(w, c):
+    """Return the bits of what is doubtful about a contact: an overlap too deep for Hertz, one taken off, its radius."""
+    bits = DEEP if c.deepest > DEEPEST * c.touch.radius else 0
+    if c.initial_overlap > 0.0:
+        bits |= PUT_IN if c.initial_overlap < IGNORED else PASSES_THROUGH
+    given = pair_at(w.pairs, c.pair).radius > 0.0
+    return bits if given or radius_is_clear(w, c) else bits | UNCLEAR_RADIUS
+
+
+@jit_inside
+def doubt_value(c, bit):
+    """Return the number that the warning of a doubt gives."""
+    radius = c["touch"]["radius"]
+    return radius if bit == UNCLEAR_RADIUS else (c["deepest"] if bit == DEEP else c["initial_overlap"]) / radius

@@ -8,11 +8,10 @@ from scipy.special import ellipe, ellipk
 
 from contactlaw import ContactPair, rebound
 from contactlaw.jit import INTERPRETED, jit
-from contactlaw.laws.ellipse import advance, returned, share_along
+from contactlaw.laws.ellipse import Nodes, advance, returned, share_along
 from contactlaw.laws.microslip import Microslip
 from contactlaw.laws.record import contact_of
 from contactlaw.world import World
-from contactlaw.world.contacts.elliptic import Nodes
 from contactlaw.world.shapes.curvature import radius_between
 from tests.world.world_scenes import FLOOR, steel_pair
 from validation.cases.elliptic import CROSSED, ELLIPSOIDS, impact, partial_curvatures

@@ -20,6 +20,7 @@ from contactlaw.world.data.vec import (
     product,
     rotate,
     rotation,
+    rotation_vector,
     scale,
     store,
     store4,
@@ -320,3 +321,32 @@ def turning_change_bound(b, reach, time, most):
     if link.axes == 1:
         carried = link_at(tree_at(b.tree, 0).links, link.parent).rate if link.parent >= 0 else 0.0
     return pull_bound(b, reach, time, most) + 4.0 * reach * own * carried * min(own * time, most)
+
+
+# [m/s]: a body whose speed would change by more in a step, and by more than its present speed, has jumped: robot arms
+# and belts start with less, 10 mm in 2 ms is no motion. Also the limit of `touch.initial_overlap_limit`
+JUMP = 5.0
+
+
+@jit_inside
+def move_kinematic(w, b, place, turn, h):
+    """Set the velocities of a kinematic body such that it reaches a pose at the end of a step of h [s].
+
+    The user moves it from step to step. Its motion is uniform within a step, so that contacts feel it.
+    place, turn: that pose, position [m] and quaternion. On entry the pose of the body is where the last step left it,
+    its velocities are those of that step. A body that jumps is put there at once, at rest, and marked as `placed`.
+    """
+    back = load4(b.quaternion)
+    twist = rotation_vector(product(turn, (back[0], -back[1], -back[2], -back[3])))
+    velocity, spin = scale(1.0 / h, sub(place, load(b.position))), scale(1.0 / h, twist)
+    change = norm(sub(velocity, load(b.velocity))) + b.reach * norm(sub(spin, load(b.spin)))
+    if change <= max(norm(load(b.velocity)) + b.reach * norm(load(b.spin)), JUMP):
+        store(b.velocity, velocity)
+        store(b.spin, spin)
+    else:
+        store(b.position, place)
+        store4(b.quaternion, turn)
+        b.placed, w.stale = 1, 1
+        store(b.velocity, ZERO)
+        store(b.spin, ZERO)
+    set_axes(b)

@@ -9,8 +9,7 @@ from contactlaw.laws.step import reset
 from contactlaw.laws.torsion import RINGS
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.pair import DEEPEST
-from contactlaw.world.bodies.motion import kick, moved_at, velocity_at
-from contactlaw.world.bodies.prescribed import JUMP
+from contactlaw.world.bodies.motion import JUMP, kick, moved_at, velocity_at
 from contactlaw.world.contacts import force
 from contactlaw.world.contacts.ends import damped_end, elastic_end
 from contactlaw.world.contacts.pace import MASS_TURN, radius_of, update_masses

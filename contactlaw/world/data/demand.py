@@ -27,32 +27,33 @@ TABLE = np.zeros(ERROR_OBJECT + 1, np.uint64)
 def supply(what: int) -> int:
     """Compile one of the functions, and those always needed with it, if that is to be done; returns its address."""
     # these modules import this one
+    from contactlaw.laws import ellipse
     from contactlaw.world import sleep, state, step, watching
-    from contactlaw.world.contacts import coasting, elliptic, rolling, spinning
+    from contactlaw.world.contacts import coasting, rolling, spinning
     from contactlaw.world.data import call
     from contactlaw.world.implicit import step as implicit_step
 
     # what is announced, compile time [s], functions; the one asked for comes last, so that it implies the others
     made: dict[int, tuple[str, int, list[Any]]] = {
-        STEP: ("", 0, [(STEP, step.step_once, call.A_STEP)]),
-        READ: ("states that are set back", 2, [(READ, state.read_at, call.A_READ)]),
-        IMPLICIT: ("persistent contacts", 8, [(IMPLICIT, implicit_step.take_implicit_steps, call.ON_WORLD)]),
-        ALONG: ("elliptic contacts", 2, [(ALONG, elliptic.advance_elliptic, call.ALONG)]),
-        SLEEP: ("bodies that fall asleep", 1, [(SLEEP, sleep.sleep_if_balanced, call.ON_ISLAND)]),
-        ROLL: ("rolling resistance", 1, [(ROLL, rolling.advance_rolling, call.ROLLS)]),
-        WATCH: ("", 0, [(WATCH, watching.watch, call.WATCHES)]),
-        SPIN: ("contacts that spin", 4, [(SPIN, spinning.advance_spinning, call.SPIN)]),
+        STEP: ("", 0, [(STEP, step.step_once, call.call_step)]),
+        READ: ("states that are set back", 2, [(READ, state.read_at, call.call_read)]),
+        IMPLICIT: ("persistent contacts", 8, [(IMPLICIT, implicit_step.take_implicit_steps, call.call_on_world)]),
+        ALONG: ("elliptic contacts", 2, [(ALONG, ellipse.advance_elliptic, call.call_along)]),
+        SLEEP: ("bodies that fall asleep", 1, [(SLEEP, sleep.sleep_if_balanced, call.call_on_island)]),
+        ROLL: ("rolling resistance", 1, [(ROLL, rolling.advance_rolling, call.call_roll)]),
+        WATCH: ("", 0, [(WATCH, watching.watch, call.call_watch)]),
+        SPIN: ("contacts that spin", 4, [(SPIN, spinning.advance_spinning, call.call_spin)]),
         START_COASTING: ("contacts that hardly change", 2, [
-            (STOP_COASTING, coasting.stop_coasting, call.STOPS_COASTING),
-            (COAST, coasting.advance_coasting, call.COASTS),
-            (START_COASTING, coasting.start_coasting, call.STARTS_COASTING),
+            (STOP_COASTING, coasting.stop_coasting, call.call_stop_coasting),
+            (COAST, coasting.advance_coasting, call.call_coast),
+            (START_COASTING, coasting.start_coasting, call.call_start_coasting),
         ]),
     }  # fmt: skip
     if TABLE[what] == 0:
         name, seconds, parts = made[what]
         with compiling(name, seconds) if name else nullcontext():
-            for place, function, signature in parts:
-                TABLE[place] = address_of(getattr(function, "py_func", function), signature)
+            for place, function, caller in parts:
+                TABLE[place] = address_of(getattr(function, "py_func", function), caller)
     return int(TABLE[what])
 
 

@@ -258,7 +258,7 @@ CONTACT = record(
     normal_work="f8", friction_work="f8",  # work on the bodies [J]; losses are negative
     deepest="f8", strongest="f8", duration="f8",  # greatest overlap [m] and normal force [N], time in contact [s]
     touches="i8",
-    noted="i8",  # bits of `contacts.doubts` that an adapter has found of it
+    noted="i8",  # bits of `readout.doubts_of` that an adapter has found of it
 )  # fmt: skip
 """A contact. The state of its law comes first."""
 

@@ -10,7 +10,7 @@ from functools import lru_cache
 from math import copysign, sqrt
 
 from contactlaw.jit import address_of, jit_inside
-from contactlaw.world.data.call import MEETING, NEAREST, RADIUS, SEPARATION, ask_deepest
+from contactlaw.world.data.call import ask_deepest, ask_meeting, ask_nearest, ask_radius, ask_separation
 from contactlaw.world.data.records import BOX, DISC, EDGE, PLANE, SEGMENT
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
 from contactlaw.world.shapes.core import CROWN, deepest_on_line, local
@@ -122,11 +122,11 @@ def separate(sa, a, sb, b, n):
 @lru_cache
 def separating() -> dict[str, int]:
     """Return the address of `separate`, compiled where there are boxes, cylinders or hulls."""
-    return {"separation": address_of(separate, SEPARATION)}
+    return {"separation": address_of(separate, ask_separation)}
 
 
 @lru_cache
 def addresses() -> dict[str, int]:
     """Return the addresses of the other three functions, compiled where there are hulls."""
-    known = {"meet": address_of(meet, MEETING), "curve": address_of(radius, RADIUS)}
-    return known | {"nearest": address_of(seek_nearest, NEAREST)}
+    known = {"meet": address_of(meet, ask_meeting), "curve": address_of(radius, ask_radius)}
+    return known | {"nearest": address_of(seek_nearest, ask_nearest)}

@@ -17,7 +17,7 @@ from functools import lru_cache
 from math import sqrt
 
 from contactlaw.jit import address_of, jit_inside
-from contactlaw.world.data.call import DEEPEST, RADIUS
+from contactlaw.world.data.call import ask_deepest, ask_radius
 from contactlaw.world.data.records import EDGE, HULL, PLANE, SEGMENT
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub, to_world
 from contactlaw.world.shapes.core import CROWN, LEAST, NOWHERE, change_of, deepest_on_line, excess_at, excess_of, local
@@ -197,4 +197,4 @@ def radius(sa, a, sb, b):
 @lru_cache
 def addresses() -> dict[str, int]:
     """Return the addresses of `radius` and `deepest`, compiled where there are cylinders."""
-    return {"curve": address_of(radius, RADIUS), "deepest": address_of(deepest, DEEPEST)}
+    return {"curve": address_of(radius, ask_radius), "deepest": address_of(deepest, ask_deepest)}

@@ -17,7 +17,7 @@ from functools import lru_cache
 from math import atan2, copysign, cos, sin, sqrt
 
 from contactlaw.jit import address_of, jit_inside
-from contactlaw.world.data.call import MEETING, RADIUS, SEPARATION
+from contactlaw.world.data.call import ask_meeting, ask_radius, ask_separation
 from contactlaw.world.data.records import BOX, CYLINDER, ELLIPSOID, NEVER, PLANE
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub, tangent, to_body, to_world
 from contactlaw.world.shapes.core import excess_of, local
@@ -285,5 +285,5 @@ def separate(sa, a, sb, b, n):
 @lru_cache
 def addresses() -> dict[str, int]:
     """Return the addresses of these functions, compiled where there are ellipsoids."""
-    known = {"meet": address_of(meet, MEETING), "curve": address_of(radius, RADIUS)}
-    return known | {"separation": address_of(separate, SEPARATION)}
+    known = {"meet": address_of(meet, ask_meeting), "curve": address_of(radius, ask_radius)}
+    return known | {"separation": address_of(separate, ask_separation)}

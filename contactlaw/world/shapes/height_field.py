@@ -16,7 +16,7 @@ import numpy as np
 
 from contactlaw.jit import address_of, jit_inside
 from contactlaw.memory import doubles_at
-from contactlaw.world.data.call import MEETING, RADIUS, ask_meeting
+from contactlaw.world.data.call import ask_meeting, ask_radius
 from contactlaw.world.data.records import DISC, ELLIPSOID, SEGMENT, Array
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body, to_world
 from contactlaw.world.shapes.curvature import feature, radius_between, rim
@@ -278,4 +278,4 @@ def radius(sa, a, sb, b):
 @lru_cache
 def addresses() -> dict[str, int]:
     """Return the addresses of both, compiled when a scene has a height field."""
-    return {"meet": address_of(meet, MEETING), "curve": address_of(radius, RADIUS)}
+    return {"meet": address_of(meet, ask_meeting), "curve": address_of(radius, ask_radius)}

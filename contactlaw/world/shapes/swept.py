@@ -12,7 +12,7 @@ import numpy as np
 from contactlaw.jit import address_of
 from contactlaw.world.bodies.bounds import LARGEST_TURN, time_to_close, turning_bound
 from contactlaw.world.bodies.motion import change_bound, turn_rate, velocity_at
-from contactlaw.world.data.call import FACE, MEETING, RADIUS, TIME, ask_deepest
+from contactlaw.world.data.call import ask_deepest, ask_meeting, ask_over_face, ask_radius, ask_time
 from contactlaw.world.data.records import DISC, EDGE, NEVER, SEGMENT, SIDE
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub, to_world
 from contactlaw.world.shapes.core import deepest_on_line, lies_over_face, nearest_on_core
@@ -106,6 +106,6 @@ def predict_side(p, sa, a, sb, b, n, arm_a, left):
 @lru_cache
 def address() -> int:
     """Return the address of the table, filled; its functions are compiled on the first call."""
-    TABLE[OF_MEETING], TABLE[OF_RADIUS] = address_of(meet, MEETING), address_of(radius, RADIUS)
-    TABLE[OF_TIME], TABLE[OF_FACE] = address_of(predict_side, TIME), address_of(lies_over_face, FACE)
+    TABLE[OF_MEETING], TABLE[OF_RADIUS] = address_of(meet, ask_meeting), address_of(radius, ask_radius)
+    TABLE[OF_TIME], TABLE[OF_FACE] = address_of(predict_side, ask_time), address_of(lies_over_face, ask_over_face)
     return TABLE.ctypes.data

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from contactlaw.jit import address_of
-from contactlaw.world.data.call import MOBILITY, ON_TREE, WITH_BODY, WITH_NUMBER, WITH_VECTORS
+from contactlaw.world.data.call import ask_mobility, call_on_tree, call_with_body, call_with_number, call_with_vectors
 from contactlaw.world.data.records import Array, Arrays, numbers_of
 from contactlaw.world.trees import dynamics, implicit, kinematics, mobility, motion
 
@@ -16,14 +16,14 @@ from contactlaw.world.trees import dynamics, implicit, kinematics, mobility, mot
 def addresses() -> dict[str, int]:
     """Return the addresses of the compiled functions of trees, by their names in `records.TREE`."""
     by_signature = {
-        ON_TREE: (kinematics.move, dynamics.accelerate),
-        WITH_NUMBER: (motion.fly, motion.drift),
-        WITH_BODY: (
+        call_on_tree: (kinematics.move, dynamics.accelerate),
+        call_with_number: (motion.fly, motion.drift),
+        call_with_body: (
             mobility.settle, mobility.spread_delta_v, mobility.stop, implicit.move_from_start, implicit.write_masses,
             implicit.add_damping,
         ),
-        WITH_VECTORS: (mobility.kick, mobility.add_accelerations, implicit.add_force),
-        MOBILITY: (mobility.mobility,),
+        call_with_vectors: (mobility.kick, mobility.add_accelerations, implicit.add_force),
+        ask_mobility: (mobility.mobility,),
     }  # fmt: skip
     return {one.__name__: address_of(one, kind) for kind, functions in by_signature.items() for one in functions}
 
