@@ -38,8 +38,9 @@ from contactlaw.world.data.call import address, call_read, call_step, ready
 from contactlaw.world.data.checksum import as_float, mix
 from contactlaw.world.data.demand import READ as READ_STATE
 from contactlaw.world.data.demand import STEP
+from contactlaw.world.data.quaternion import load4, store4
 from contactlaw.world.data.records import RESIZED
-from contactlaw.world.data.vec import load, load4, scale, store, store4
+from contactlaw.world.data.vec import load, scale, store
 from contactlaw.world.sleep import is_at_rest
 from contactlaw.world.state import forget_motion, unused_span, write
 from contactlaw.world.step import FIND_PRESSED, FIXED_ROOM

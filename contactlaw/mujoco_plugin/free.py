@@ -20,21 +20,8 @@ from contactlaw.mujoco_plugin.layout import data_at, jit
 from contactlaw.world.bodies.motion import set_axes, spin_change, spin_rate, update_momentum
 from contactlaw.world.contacts.force import is_quasi_static
 from contactlaw.world.data.access import body_at, world_at
-from contactlaw.world.data.vec import (
-    add,
-    axpy,
-    cross,
-    dot,
-    load,
-    load4,
-    norm,
-    product,
-    share_of,
-    store,
-    store4,
-    sub,
-    turn_by,
-)
+from contactlaw.world.data.quaternion import load4, product, store4, turn_by
+from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, share_of, store, sub
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.trees.mobility import clear, copy
 

@@ -27,7 +27,8 @@ from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.data.demand import STEP, supply
 from contactlaw.world.data.frames import IDENTITY, Pose
-from contactlaw.world.data.records import EDGE, Arrays
+from contactlaw.world.data.kinds import EDGE
+from contactlaw.world.data.records import Arrays
 from contactlaw.world.state import size as state_size
 from contactlaw.world.trees.tree_records import TreeRecords
 

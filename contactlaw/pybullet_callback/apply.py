@@ -7,8 +7,9 @@ from contactlaw.world.bodies.motion import set_axes, spin_rate
 from contactlaw.world.data.access import body_at, contact_at, world_at
 from contactlaw.world.data.call import address, call_step, ready
 from contactlaw.world.data.demand import STEP
+from contactlaw.world.data.quaternion import load4, store4
 from contactlaw.world.data.records import CLOSED, FREE
-from contactlaw.world.data.vec import add, axpy, load, load4, scale, share_of, store, store4, sub
+from contactlaw.world.data.vec import add, axpy, load, scale, share_of, store, sub
 from contactlaw.world.readout import doubts_of
 from contactlaw.world.sleep import is_at_rest
 from contactlaw.world.step import GROWING_ROOM

@@ -8,8 +8,9 @@ from contactlaw.world.bodies.motion import gyroscopic, is_static, move_kinematic
 from contactlaw.world.data.access import body_at, near_at, shape_at, world_at
 from contactlaw.world.data.call import address, call_step
 from contactlaw.world.data.demand import STEP
+from contactlaw.world.data.quaternion import load4, store4
 from contactlaw.world.data.records import NEVER
-from contactlaw.world.data.vec import axpy, dot, load, load4, norm, scale, store, store4, sub
+from contactlaw.world.data.vec import axpy, dot, load, norm, scale, store, sub
 from contactlaw.world.near.guards import any_guard_exceeded, surface_speed
 from contactlaw.world.near.listing import list_near, may_leave_margin
 from contactlaw.world.shapes.geometry import meet

@@ -18,8 +18,9 @@ from typing import Any
 from contactlaw.jit import jit_inside
 from contactlaw.memory import element, set_whole
 from contactlaw.world.bodies.motion import set_axes, spin_rate
+from contactlaw.world.data.quaternion import store4
 from contactlaw.world.data.records import VECTOR, record
-from contactlaw.world.data.vec import axpy, load, store, store4, to_body, to_world
+from contactlaw.world.data.vec import axpy, load, store, to_body, to_world
 
 MOTION = record(position=VECTOR, quaternion=("f8", (4,)), velocity=VECTOR, spin=VECTOR)
 """Pose and velocity as PyBullet gives them, quaternion scalar last."""

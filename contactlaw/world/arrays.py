@@ -7,29 +7,17 @@ import numpy as np
 from contactlaw.jit import INTERPRETED
 from contactlaw.laws.record import PAIR as LAW
 from contactlaw.laws.record import PAIR_SIZE
+from contactlaw.world.data import kinds
 from contactlaw.world.data.records import (
     BODY,
-    BOX,
     COASTING,
     CONTACT,
-    CORNER,
-    CYLINDER,
-    DISC,
-    EDGE,
-    ELLIPSOID,
-    END,
     FREE,
     GUARD,
-    HULL,
     NEAR,
     PAIR,
-    PLANE,
     ROW,
-    SEGMENT,
     SHAPE,
-    SIDE,
-    SPHERE,
-    TANGENT,
     TREE,
     WORLD,
     Array,
@@ -44,9 +32,6 @@ from contactlaw.world.trees.coordinates import addresses
 FAR = 1e3  # [m] reach of a plane on a moving body
 RECORDED, NONE = set(SHAPE.names or ()), np.zeros((0, 3))  # fields of shapes; no vertices
 LEAST = 64  # room for near pairs and contacts at the start
-# Contacts at once that there is room for, for each round shape by its kind; of a hull with its parts. (Balls of any
-# sizes that do not overlap have at most 7.5 contacts a ball, Kuperberg & Schramm 1994.)
-NEIGHBOURS = {SPHERE: 8, END: 8, SEGMENT: 8, CORNER: 3, EDGE: 2, DISC: 4, SIDE: 4, ELLIPSOID: 8, HULL: 32}
 NEAR_PAIRS, NEAR_PAIRS_OF_PART = 40, 8  # room in the list of near pairs, for each round shape and each part of a hull
 
 
@@ -125,14 +110,13 @@ def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
         points = np.concatenate([points, table]) if place else points
     shapes = with_rows(one.shapes, records)
     new, bodies = shapes[-len(rows) :], one.bodies
-    is_swept = (new["kind"] >= SEGMENT) & (new["kind"] < PLANE)
+    is_swept = (new["kind"] >= kinds.SEGMENT) & (new["kind"] < kinds.PLANE)
     new["swept"][is_swept] = swept.address() if is_swept.any() and not INTERPRETED else 0
-    flat = new["kind"] >= PLANE
-    reach = np.where(new["kind"] == TANGENT, new["radius"], _lengths(new["at"]) + _lengths(new["half"]))
-    reach[flat & (new["kind"] != TANGENT)] = FAR
-    least = np.where(
-        np.isin(new["kind"], (ELLIPSOID, BOX, CYLINDER)), new["half"].min(1), np.where(flat, np.inf, new["radius"])
-    )
+    flat = new["kind"] >= kinds.PLANE
+    reach = np.where(new["kind"] == kinds.TANGENT, new["radius"], _lengths(new["at"]) + _lengths(new["half"]))
+    reach[flat & (new["kind"] != kinds.TANGENT)] = FAR
+    solid = np.isin(new["kind"], (kinds.ELLIPSOID, kinds.BOX, kinds.CYLINDER))
+    least = np.where(solid, new["half"].min(1), np.where(flat, np.inf, new["radius"]))
     np.bitwise_or.at(bodies["oriented"], new["body"], (reach > 0.0).astype(np.int64))
     on_body = new["body"] != 0
     np.maximum.at(bodies["reach"], new["body"][on_body], reach[on_body])
@@ -172,13 +156,13 @@ def with_room(one: Arrays, owners: Array) -> Arrays:
 
     owners: of each shape: its own number, or that of the shape that it is a part of.
     """
-    kinds, counts = np.unique(one.shapes[["kind", "group"]], return_counts=True)
-    a, b = np.meshgrid(np.arange(kinds.size), np.arange(kinds.size), indexing="ij")
-    meet = (one.groups[kinds["group"][a], kinds["group"][b]] >= 0) & (kinds["kind"][a] <= kinds["kind"][b])
+    sorts, counts = np.unique(one.shapes[["kind", "group"]], return_counts=True)
+    a, b = np.meshgrid(np.arange(sorts.size), np.arange(sorts.size), indexing="ij")
+    meet = (one.groups[sorts["group"][a], sorts["group"][b]] >= 0) & (sorts["kind"][a] <= sorts["kind"][b])
     pairs = int((counts[a] * (counts[b] - (a == b)))[meet].sum())
     # the parts of a hull are unknown while an engine's model is compiled, and the room must be the same later
-    parts = (one.shapes["kind"][owners] == HULL) & (one.shapes["kind"] != HULL)
-    rooms = [NEIGHBOURS[kind] for kind in one.shapes["kind"][~parts].tolist() if kind in NEIGHBOURS]
+    parts = (one.shapes["kind"][owners] == kinds.HULL) & (one.shapes["kind"] != kinds.HULL)
+    rooms = [kinds.NEIGHBOURS[kind] for kind in one.shapes["kind"][~parts].tolist() if kind in kinds.NEIGHBOURS]
     contacts = sum(rooms) if parts.any() else max(min(pairs, sum(rooms)), 1)
     near = max(min(pairs, NEAR_PAIRS * len(rooms) + NEAR_PAIRS_OF_PART * int(parts.sum())), 1)
     one.world["spares"] = contacts

@@ -12,9 +12,10 @@ from contactlaw.world.bodies.bounds import time_to_close
 from contactlaw.world.bodies.motion import acceleration_of, closing_at, drift, fly, greatest_closing, settle, turn_rate
 from contactlaw.world.contacts.pace import add_square_rate, longest_substep, radius_of, touch_duration
 from contactlaw.world.contacts.touch import TOUCHING, advance, apply_force, begin_contact, end_contact, measure
-from contactlaw.world.data.access import body_at, contact_at, law_of, near_at, pair_at, tree_at
+from contactlaw.world.data.access import body_at, contact_at, near_at, pair_at, tree_at
 from contactlaw.world.data.call import address, call_coast, call_start_coasting, call_stop_coasting, call_watch, ready
 from contactlaw.world.data.demand import COAST, START_COASTING, STOP_COASTING, WATCH
+from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.records import NEVER, TWIST_ALWAYS, TWIST_LATER, TWIST_NOW
 from contactlaw.world.data.vec import norm, store, sub
 from contactlaw.world.near.guards import gap_bound, meet_half_space, raise_listed_gap

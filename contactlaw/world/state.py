@@ -18,21 +18,10 @@ from contactlaw.jit import jit_inside
 from contactlaw.laws.record import LASTING, OPEN, PRESSED, SPUN, UNSHEARED
 from contactlaw.memory import doubles_at, set_whole, whole_at
 from contactlaw.world.contacts.touch import add_to_ledger
-from contactlaw.world.data.access import (
-    KNOWN_NUMBERS,
-    axis_at,
-    body_at,
-    contact_at,
-    friction_of,
-    law_of,
-    link_at,
-    memory_of,
-    near_at,
-    pair_at,
-    shape_at,
-    tree_at,
-)
+from contactlaw.world.data.access import axis_at, body_at, contact_at, link_at, near_at, pair_at, shape_at, tree_at
+from contactlaw.world.data.materials import friction_of, law_of, memory_of
 from contactlaw.world.data.records import CLOSED, CONTACT, FREE, LEDGER, PARTED, PAUSE_LIMIT
+from contactlaw.world.data.saved import KNOWN_NUMBERS
 from contactlaw.world.data.vec import dot, load, norm, store
 from contactlaw.world.near.listing import count_slots
 from contactlaw.world.near.pairing import can_touch, pair_of

@@ -18,7 +18,8 @@ from contactlaw.world.contacts.touch import release, release_if_put_deeper, upda
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at, tree_at
 from contactlaw.world.data.call import address, call_on_world, call_step, error_pending, ready
 from contactlaw.world.data.demand import IMPLICIT, STEP
-from contactlaw.world.data.records import ASKED, BOUNDED, DENIED, MEASURED, NEVER, PARTED, PASSES, TANGENT, TWIST_ALWAYS
+from contactlaw.world.data.kinds import TANGENT
+from contactlaw.world.data.records import ASKED, BOUNDED, DENIED, MEASURED, NEVER, PARTED, PASSES, TWIST_ALWAYS
 from contactlaw.world.data.vec import load, store
 from contactlaw.world.island import integrate
 from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, gap_left, stays_open

@@ -10,7 +10,7 @@ import pytest
 from contactlaw import ContactPair, Material
 from contactlaw.world import World
 from contactlaw.world.data.frames import matrix_of
-from contactlaw.world.data.records import DISC, SIDE
+from contactlaw.world.data.kinds import DISC, SIDE
 from sims.contact_point import static_overlap
 from tests.world.test_shapes import meeting
 from tests.world.world_scenes import FLOOR, refuses, steel_pair

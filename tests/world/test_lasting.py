@@ -12,7 +12,8 @@ from contactlaw import MATERIALS, ContactPair, Material
 from contactlaw.jit import jit
 from contactlaw.world import World
 from contactlaw.world.contacts.force import advance_from_saved, slopes
-from contactlaw.world.data.access import contact_at, save_contact
+from contactlaw.world.data.access import contact_at
+from contactlaw.world.data.saved import save_contact
 from contactlaw.world.implicit.equations import room_for
 from contactlaw.world.trees.description import Joint, Part, Tree
 from sims.contact_point import static_overlap

@@ -9,8 +9,8 @@ from contactlaw.jit import jit
 from contactlaw.world import World
 from contactlaw.world.data.access import body_at, shape_at
 from contactlaw.world.data.frames import matrix_of
-from contactlaw.world.data.records import BOX as BOX_KIND
-from contactlaw.world.data.records import SEGMENT
+from contactlaw.world.data.kinds import BOX as BOX_KIND
+from contactlaw.world.data.kinds import SEGMENT
 from contactlaw.world.shapes.description import tangent
 from contactlaw.world.shapes.geometry import meet
 from tests.world.long_shapes import BOX, HALF, RADIUS, capsule, free_box, scene, sphere

@@ -8,27 +8,8 @@ from math import ceil, sqrt
 from contactlaw.jit import jit_inline, jit_inside
 from contactlaw.world.data.access import link_at, tree_at
 from contactlaw.world.data.call import ask_mobility, call_with_body, call_with_number, call_with_vectors
-from contactlaw.world.data.vec import (
-    ZERO,
-    add,
-    axpy,
-    cross,
-    dot,
-    load,
-    load4,
-    norm,
-    product,
-    rotate,
-    rotation,
-    rotation_vector,
-    scale,
-    store,
-    store4,
-    sub,
-    to_body,
-    to_world,
-    unit,
-)
+from contactlaw.world.data.quaternion import load4, product, rotate, rotation, rotation_vector, store4, unit
+from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub, to_body, to_world
 
 LARGEST_TURN, MOST = 0.1, 1e4  # [rad] of a step of `tumble`; number of such steps, at most
 LEAST_MOBILITY = 1e-9  # of the mobility of the free body: least mobility of a tree's point

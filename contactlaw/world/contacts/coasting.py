@@ -20,8 +20,10 @@ from contactlaw.world.bodies.motion import moved_at
 from contactlaw.world.contacts.force import dashpot_of, has_dashpot, is_quasi_static
 from contactlaw.world.contacts.pace import closing_speed
 from contactlaw.world.contacts.touch import turn_frame
-from contactlaw.world.data.access import body_address, body_at, coasting_at, contact_at, law_of, near_at, pair_at
+from contactlaw.world.data.access import body_at, coasting_at, contact_at, near_at, pair_at
+from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.records import NEVER
+from contactlaw.world.data.saved import body_address
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, store, sub
 
 # Roots of m delta/P in which a contact must be expected to hardly change: 0.4 durations of an impact. An impact changes

@@ -9,18 +9,12 @@ from contactlaw.laws.record import LASTING, OPEN, PAIR_SIZE, SPUN, ask_energy, a
 from contactlaw.laws.slip import AT_LIMIT, stuck_stiffness
 from contactlaw.laws.step import ask, press
 from contactlaw.world.bodies.motion import max_inverse_inertia, spin_change
-from contactlaw.world.data.access import (
-    body_at,
-    law_numbers,
-    law_of,
-    memory_of,
-    pair_at,
-    restore_law_state,
-    speed_numbers,
-)
+from contactlaw.world.data.access import body_at, pair_at
 from contactlaw.world.data.call import address, call_along, call_spin, ready
 from contactlaw.world.data.demand import ALONG, SPIN
+from contactlaw.world.data.materials import law_numbers, law_of, memory_of, speed_numbers
 from contactlaw.world.data.records import TWIST_ALWAYS, TWIST_LATER
+from contactlaw.world.data.saved import restore_law_state
 from contactlaw.world.data.vec import dot, load, sub
 
 PROBE = 1e-4  # displacement for the slopes of a law by finite differences, over the overlap

@@ -6,7 +6,8 @@ from contactlaw.jit import jit_inside
 from contactlaw.laws.hertz import hertz_stiffness
 from contactlaw.world.bodies.motion import closing_at, decay, mobility_between
 from contactlaw.world.contacts.force import is_quasi_static
-from contactlaw.world.data.access import body_at, contact_at, law_of, pair_at, shape_at
+from contactlaw.world.data.access import body_at, contact_at, pair_at, shape_at
+from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import cross, dot, load, norm, sub
 from contactlaw.world.shapes.geometry import effective_radius, meet_near

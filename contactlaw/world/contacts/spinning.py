@@ -9,7 +9,7 @@ from contactlaw.laws.hertz import greatest_overlap
 from contactlaw.laws.record import LASTING, OPEN, PAIR_SIZE, SPUN
 from contactlaw.laws.slip import span_of
 from contactlaw.memory import doubles_at
-from contactlaw.world.data.access import law_at
+from contactlaw.world.data.materials import law_at
 
 
 def advance_spinning(c, memory, numbers, moved, since, dt, roomy, dashpot):

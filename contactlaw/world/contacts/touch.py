@@ -14,21 +14,14 @@ from contactlaw.world.contacts import force
 from contactlaw.world.contacts.ends import damped_end, elastic_end
 from contactlaw.world.contacts.pace import MASS_TURN, radius_of, update_masses
 from contactlaw.world.contacts.rolling import moment_of, update_rolled
-from contactlaw.world.data.access import (
-    body_at,
-    contact_at,
-    friction_of,
-    guard_at,
-    law_of,
-    near_at,
-    pair_at,
-    shape_at,
-    speed_numbers,
-)
+from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, pair_at, shape_at
 from contactlaw.world.data.call import address, ask_separation, call_roll, ready
 from contactlaw.world.data.demand import ROLL
-from contactlaw.world.data.records import BOX, CLOSED, DISC, ELLIPSOID, FREE, NEVER, PARTED, RESIZED
-from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, rotate, scale, store, sub, tangent
+from contactlaw.world.data.kinds import BOX, DISC, ELLIPSOID
+from contactlaw.world.data.materials import friction_of, law_of, speed_numbers
+from contactlaw.world.data.quaternion import rotate
+from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED, RESIZED
+from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub, tangent
 from contactlaw.world.shapes.geometry import (
     BACK,
     SUNK,

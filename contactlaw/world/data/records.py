@@ -17,8 +17,6 @@ from contactlaw.world.data.demand import TABLE
 
 NEVER = np.inf
 
-# Kinds of shapes. Of two shapes that touch, A is the one of the lower kind; `near.pairing.meets` says which do.
-SPHERE, END, CORNER, SEGMENT, EDGE, DISC, SIDE, ELLIPSOID, BOX, CYLINDER, HULL, PLANE, HEIGHT_FIELD, TANGENT = range(14)
 FREE_JOINT, BALL, SLIDE, HINGE = 0, 1, 2, 3  # kinds of joints, numbered as in MuJoCo
 MEASURED, BOUNDED = -3.0, -2.0  # values of `NEAR.checked` besides times: gap and speed known; a lower bound of the gap
 # Values of `WORLD.twists`: in this substep torsion is put off, made up for, or advanced as in every one
@@ -176,17 +174,7 @@ SHAPE = record(
     swept="u8",  # address of the table of `shapes.swept`, of all shapes but spheres and planes
     friction="f8", priority="i8",  # coefficient for pairs that have none, and which of two shapes gives it
 )  # fmt: skip
-"""A shape fixed to a body.
-
-SPHERE: meets all shapes but the ends of capsules. END: a sphere too, one end of a capsule; it meets boxes and planes
-only. SEGMENT: the side of a capsule, which meets round shapes, and the edges of boxes and hulls. BOX, CYLINDER, HULL (a
-polyhedron swept by a ball) and PLANE (a half space) meet round shapes. ELLIPSOID: meets all but parts.
-
-Flat shapes meet each other by round parts, see `shapes.parts.parts_of`: CORNER, a small sphere; EDGE, a segment; DISC,
-the rim of a cylinder; SIDE, a disc extended along the axis, which meets cylinders only. HEIGHT_FIELD: meets what a
-plane meets, see `shapes.height_field`; whole shapes are separated from it by the plane at its top. TANGENT: a plane
-that is placed anew before each step where an engine has found two shapes nearest; its pair is always near.
-"""
+"""A shape fixed to a body, of one of the `kinds`."""
 
 LEDGER = 6
 
@@ -194,7 +182,7 @@ PAIR = record(
     radius="f8",  # effective radius [m] of its contacts; zero: that of the shapes
     numbers="i8",  # where its `laws.record.PAIR` begins in `Arrays.numbers`; the law's own numbers follow
     relaxed="i8",  # 1: deep initial overlaps of its contacts count as none, see `touch.begin_contact`
-    friction="f8",  # coefficient of its contacts; NaN: that of the shapes, see `access.friction_of`
+    friction="f8",  # coefficient of its contacts; NaN: that of the shapes, see `materials.friction_of`
     # sums over its contacts that have parted: touches, greatest overlap [m], greatest normal force [N], time in contact
     # [s], work of the normal force and of friction on the bodies [J]
     ledger=("f8", (LEDGER,)),

@@ -15,8 +15,10 @@ from contactlaw.world.contacts.force import (
 )
 from contactlaw.world.contacts.pace import radius_of, stays_closed
 from contactlaw.world.contacts.touch import TOUCHING
-from contactlaw.world.data.access import body_at, contact_at, near_at, row_at, saved_contact, shape_at, tree_at
-from contactlaw.world.data.records import DISC, NEVER, SIDE
+from contactlaw.world.data.access import body_at, contact_at, near_at, row_at, shape_at, tree_at
+from contactlaw.world.data.kinds import DISC, SIDE
+from contactlaw.world.data.records import NEVER
+from contactlaw.world.data.saved import saved_contact
 from contactlaw.world.data.vec import cross, dot, load, norm, sub, to_body, to_world
 from contactlaw.world.shapes.core import CROWN
 

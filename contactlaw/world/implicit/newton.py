@@ -18,20 +18,12 @@ from contactlaw.world.bodies.motion import velocity_at
 from contactlaw.world.contacts.force import advance_contact, rolling_resistance, slips_fully, slopes
 from contactlaw.world.contacts.rolling import advance_rolling, moment_of, rolling_axes, rolling_dashpot
 from contactlaw.world.contacts.touch import begin_contact, force_of, measure
-from contactlaw.world.data.access import (
-    body_at,
-    contact_at,
-    law_of,
-    near_at,
-    pair_at,
-    restore_contact,
-    restore_history,
-    save_contact,
-    shape_at,
-    tree_at,
-)
+from contactlaw.world.data.access import body_at, contact_at, near_at, pair_at, shape_at, tree_at
 from contactlaw.world.data.call import call_with_body, call_with_vectors
-from contactlaw.world.data.records import BOX, EDGE, NEVER, SEGMENT
+from contactlaw.world.data.kinds import BOX, EDGE, SEGMENT
+from contactlaw.world.data.materials import law_of
+from contactlaw.world.data.records import NEVER
+from contactlaw.world.data.saved import restore_contact, restore_history, save_contact
 from contactlaw.world.data.vec import ZERO, cross, dot, load, scale, store, sub, to_body
 from contactlaw.world.implicit.equations import (
     ENVELOPE,

@@ -21,23 +21,20 @@ from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import settle, spin_change, spin_rate, update_momentum
 from contactlaw.world.contacts.rolling import moment_of
 from contactlaw.world.contacts.touch import add_work, end_contact, force_of
-from contactlaw.world.data.access import (
-    body_at,
-    contact_at,
+from contactlaw.world.data.access import body_at, contact_at, near_at, row_at, tree_at
+from contactlaw.world.data.call import call_with_body
+from contactlaw.world.data.quaternion import load4, product, rotation_vector
+from contactlaw.world.data.records import NEVER, PAUSE_LIMIT
+from contactlaw.world.data.saved import (
     copy_numbers,
-    near_at,
     restore_body,
     restore_contact,
     restore_law_state,
-    row_at,
     save_body,
     save_contact,
     saved_body,
-    tree_at,
 )
-from contactlaw.world.data.call import call_with_body
-from contactlaw.world.data.records import NEVER, PAUSE_LIMIT
-from contactlaw.world.data.vec import add, axpy, cross, load, load4, norm, product, rotation_vector, scale, store, sub
+from contactlaw.world.data.vec import add, axpy, cross, load, norm, scale, store, sub
 from contactlaw.world.implicit.acceptance import (
     ENERGY_GAIN,
     changes_regime,

@@ -19,7 +19,8 @@ from contactlaw.world.bodies.bounds import spin_bound
 from contactlaw.world.bodies.motion import change_bound, greatest_closing
 from contactlaw.world.data.access import body_at, guard_at, shape_at
 from contactlaw.world.data.call import ask_separation
-from contactlaw.world.data.records import BOX, CYLINDER, EDGE, NEVER, PLANE
+from contactlaw.world.data.kinds import BOX, CYLINDER, EDGE, PLANE
+from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, store, sub, to_body, to_world
 from contactlaw.world.near.relative import closing_along, relative_speed
 from contactlaw.world.shapes.geometry import centre, half_axis

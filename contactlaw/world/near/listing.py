@@ -15,7 +15,8 @@ from contactlaw.jit import jit_inside
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.contacts.touch import begin_contact, end_contact, release
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at
-from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED, PLANE, TANGENT
+from contactlaw.world.data.kinds import PLANE, TANGENT
+from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED
 from contactlaw.world.data.vec import add, load, norm, store, sub
 from contactlaw.world.near.guards import SLACK, surface_speed
 from contactlaw.world.near.pairing import bounding_radius, complete_near, is_part, list_pair

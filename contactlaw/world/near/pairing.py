@@ -20,25 +20,22 @@ from contactlaw.world.data.access import (
     tree_at,
 )
 from contactlaw.world.data.call import ask_over_face
-from contactlaw.world.data.records import (
+from contactlaw.world.data.kinds import (
     BOX,
-    CLOSED,
     CORNER,
     CYLINDER,
     DISC,
     EDGE,
     ELLIPSOID,
-    FREE_JOINT,
     HEIGHT_FIELD,
-    HINGE,
     HULL,
-    NEVER,
     PLANE,
     SEGMENT,
     SIDE,
     SPHERE,
     TANGENT,
 )
+from contactlaw.world.data.records import CLOSED, FREE_JOINT, HINGE, NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body
 from contactlaw.world.near.guards import drop_guard, new_guard, parts_margin, separate
 from contactlaw.world.shapes.geometry import IGNORED, OF_FACE, centre, function_for, half_axis, is_ignored, meet

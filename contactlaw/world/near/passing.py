@@ -14,7 +14,8 @@ from math import sqrt
 from contactlaw.jit import jit_inside
 from contactlaw.world.bodies.motion import closing_at, is_static
 from contactlaw.world.data.access import body_at, guard_at, near_at, shape_at, tree_at, world_at
-from contactlaw.world.data.records import ASKED, BOUNDED, BOX, DENIED, MEASURED, PASSES
+from contactlaw.world.data.kinds import BOX
+from contactlaw.world.data.records import ASKED, BOUNDED, DENIED, MEASURED, PASSES
 from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, scale, store, sub, to_body, to_world
 from contactlaw.world.near.guards import (
     closing_bound,

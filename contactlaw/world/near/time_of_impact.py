@@ -15,9 +15,11 @@ from contactlaw.world.bodies.motion import (
     turn_rate,
     velocity_at,
 )
-from contactlaw.world.data.access import body_at, scratch_body, shape_at
+from contactlaw.world.data.access import body_at, shape_at
 from contactlaw.world.data.call import ask_time
-from contactlaw.world.data.records import HEIGHT_FIELD, NEVER, PLANE, SEGMENT, SPHERE
+from contactlaw.world.data.kinds import HEIGHT_FIELD, PLANE, SEGMENT, SPHERE
+from contactlaw.world.data.records import NEVER
+from contactlaw.world.data.saved import scratch_body
 from contactlaw.world.data.vec import add, dot, load, norm, sub
 from contactlaw.world.near.guards import cores_stay_apart, meet_half_space, raise_listed_gap
 from contactlaw.world.shapes.geometry import OF_TIME, centre, meet_near

@@ -11,7 +11,7 @@ from math import copysign, sqrt
 
 from contactlaw.jit import address_of, jit_inside
 from contactlaw.world.data.call import ask_deepest, ask_meeting, ask_nearest, ask_radius, ask_separation
-from contactlaw.world.data.records import BOX, DISC, EDGE, PLANE, SEGMENT
+from contactlaw.world.data.kinds import BOX, DISC, EDGE, PLANE, SEGMENT
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
 from contactlaw.world.shapes.core import CROWN, deepest_on_line, local
 from contactlaw.world.shapes.curvature import feature, radius_between, rim, side_at

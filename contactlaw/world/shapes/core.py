@@ -8,7 +8,7 @@ from math import sqrt
 
 from contactlaw.jit import jit_inside
 from contactlaw.world.data.call import ask_nearest
-from contactlaw.world.data.records import BOX, HULL
+from contactlaw.world.data.kinds import BOX, HULL
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, norm, scale, to_body, to_world
 from contactlaw.world.shapes.segments import clip
 

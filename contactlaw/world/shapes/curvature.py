@@ -13,7 +13,7 @@ from math import exp, log, log1p, sqrt
 
 from contactlaw.jit import jit_inside
 from contactlaw.world.data.access import body_at, shape_at
-from contactlaw.world.data.records import BOX, CORNER, EDGE, SEGMENT
+from contactlaw.world.data.kinds import BOX, CORNER, EDGE, SEGMENT
 from contactlaw.world.data.vec import add, axpy, dot, load, scale, to_body, to_world
 from contactlaw.world.shapes.geometry import meet
 

@@ -4,20 +4,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlaw import checks
+from contactlaw.world.data import kinds
 from contactlaw.world.data.frames import matrix_of, turn_to, unit_quaternion
-from contactlaw.world.data.records import (
-    BOX,
-    CYLINDER,
-    ELLIPSOID,
-    END,
-    HEIGHT_FIELD,
-    HULL,
-    PLANE,
-    SEGMENT,
-    SPHERE,
-    TANGENT,
-    Array,
-)
+from contactlaw.world.data.records import Array
 from contactlaw.world.shapes import convex, disc, ellipsoid, height_field
 from contactlaw.world.shapes.hulls import core_of
 from contactlaw.world.shapes.parts import Fields, parts_of
@@ -46,7 +35,7 @@ class Shapes:
             radius: [m].
             at: Its centre, from the centre of mass along the body's axes [m], shape (3,).
         """
-        return self._shape(self._placed(SPHERE, body, at) | {"radius": checks.positive("radius", radius)})
+        return self._shape(self._placed(kinds.SPHERE, body, at) | {"radius": checks.positive("radius", radius)})
 
     def add_capsule(
         self, body: int, radius: float, half_length: float, at: ArrayLike = (0.0, 0.0, 0.0),
@@ -63,8 +52,8 @@ class Shapes:
         """
         half = checks.positive("half_length", half_length) * checks.unit_vector("axis", axis)
         own, middle = {"radius": checks.positive("radius", radius)}, checks.vector("at", at)
-        side = self._shape(self._placed(SEGMENT, body, middle) | own | {"half": self._turn(body)[1] @ half})
-        one, other = (self._shape(self._placed(END, body, middle + s * half) | own) for s in (1.0, -1.0))
+        side = self._shape(self._placed(kinds.SEGMENT, body, middle) | own | {"half": self._turn(body)[1] @ half})
+        one, other = (self._shape(self._placed(kinds.END, body, middle + s * half) | own) for s in (1.0, -1.0))
         return side, one, other
 
     def add_box(
@@ -82,7 +71,7 @@ class Shapes:
                 tenth of the smallest half length.
         """
         half, axes = _sizes("half_lengths", half_lengths), matrix_of(unit_quaternion("quaternion", quaternion))
-        return self._solid(self._placed(BOX, body, at, axes) | _rounded(half, rounding))
+        return self._solid(self._placed(kinds.BOX, body, at, axes) | _rounded(half, rounding))
 
     def add_cylinder(
         self, body: int | None, radius: float, half_length: float, at: ArrayLike = (0.0, 0.0, 0.0),
@@ -100,7 +89,7 @@ class Shapes:
         axes = turn_to(checks.unit_vector("axis", axis))
         sizes = np.array([checks.positive("radius", radius), checks.positive("half_length", half_length)])
         own = _rounded(sizes[[0, 0, 1]], rounding) | {"curve": disc.addresses()["curve"]}
-        return self._solid(self._placed(CYLINDER, body, at, axes) | own)
+        return self._solid(self._placed(kinds.CYLINDER, body, at, axes) | own)
 
     def add_ellipsoid(
         self, body: int | None, half_axes: ArrayLike, at: ArrayLike = (0.0, 0.0, 0.0),
@@ -114,7 +103,7 @@ class Shapes:
             at, quaternion: As for a box.
         """
         half, axes = _sizes("half_axes", half_axes), matrix_of(unit_quaternion("quaternion", quaternion))
-        return self._shape(self._placed(ELLIPSOID, body, at, axes) | {"half": half} | ellipsoid.addresses())
+        return self._shape(self._placed(kinds.ELLIPSOID, body, at, axes) | {"half": half} | ellipsoid.addresses())
 
     def add_hull(
         self, body: int | None, points: ArrayLike, rounding: float | None = None, at: ArrayLike = (0.0, 0.0, 0.0),
@@ -135,7 +124,7 @@ class Shapes:
         if own.ndim != 2 or own.shape[1] != 3:
             raise ValueError(f"points: shape {own.shape}; must be (n, 3)")
         radius = None if rounding is None else checks.positive("rounding", rounding)
-        made = self._placed(HULL, body, at, matrix_of(unit_quaternion("quaternion", quaternion)))
+        made = self._placed(kinds.HULL, body, at, matrix_of(unit_quaternion("quaternion", quaternion)))
         vertices, edges, radius = core_of(own, radius)
         own = vertices @ made.pop("axes").reshape(3, 3).T
         middle = 0.5 * (own.max(0) + own.min(0))
@@ -153,7 +142,7 @@ class Shapes:
             normal: Outward normal of the half space along the same axes, a unit vector.
         """
         p, n = checks.vector("point", point), checks.unit_vector("normal", normal)
-        return self._shape(self._placed(PLANE, body, p) | {"normal": self._turn(body)[1] @ n})
+        return self._shape(self._placed(kinds.PLANE, body, p) | {"normal": self._turn(body)[1] @ n})
 
     def add_height_field(
         self, body: int | None, heights: ArrayLike, half_lengths: ArrayLike, at: ArrayLike = (0.0, 0.0, 0.0),
@@ -177,7 +166,7 @@ class Shapes:
             raise ValueError(f"half_lengths = {half.tolist()}: must be two numbers > 0")
         rows, top = height_field.table(own, half)
         axes = matrix_of(unit_quaternion("quaternion", quaternion))
-        made = self._placed(HEIGHT_FIELD, body, checks.vector("at", at) + top * axes[:, 2], axes)
+        made = self._placed(kinds.HEIGHT_FIELD, body, checks.vector("at", at) + top * axes[:, 2], axes)
         made |= {"half": np.array([*half, 0.0]), "normal": self._turn(body)[1] @ axes[:, 2], "heights": rows}
         return self._shape(made | height_field.addresses())
 
@@ -240,10 +229,10 @@ class Shapes:
 
     def _give_parts(self, ones: list[int], others: list[int]) -> None:
         """Add the parts by which the boxes, cylinders and hulls of one set meet the shapes of another."""
-        kinds = {self._kinds[number] for number in others} if self._solids else set()
+        met = {self._kinds[number] for number in others} if self._solids else set()
         for number in sorted(self._solids.keys() & set(ones)):
             had = parts_of(self._solids[number], self._met[number])
-            self._met[number] |= kinds
+            self._met[number] |= met
             for part in parts_of(self._solids[number], self._met[number])[len(had) :]:
                 self._shape(part, number)
 
@@ -271,5 +260,5 @@ def tangent(row: int, partner: int, reach: float) -> Fields:
     reach: greatest distance of its point from the body's centre of mass [m]. Until the plane is placed (`at`, `normal`)
     it is too far away for any contact.
     """
-    return {"kind": TANGENT, "body": row, "partner": partner, "radius": reach, "normal": np.array([0.0, 0.0, 1.0]),
-            "at": np.array([0.0, 0.0, -1e6])}  # fmt: skip
+    return {"kind": kinds.TANGENT, "body": row, "partner": partner, "radius": reach,
+            "normal": np.array([0.0, 0.0, 1.0]), "at": np.array([0.0, 0.0, -1e6])}  # fmt: skip

@@ -18,7 +18,7 @@ from math import sqrt
 
 from contactlaw.jit import address_of, jit_inside
 from contactlaw.world.data.call import ask_deepest, ask_radius
-from contactlaw.world.data.records import EDGE, HULL, PLANE, SEGMENT
+from contactlaw.world.data.kinds import EDGE, HULL, PLANE, SEGMENT
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub, to_world
 from contactlaw.world.shapes.core import CROWN, LEAST, NOWHERE, change_of, deepest_on_line, excess_at, excess_of, local
 from contactlaw.world.shapes.curvature import feature, radius_between, side_at

@@ -18,7 +18,8 @@ from math import atan2, copysign, cos, sin, sqrt
 
 from contactlaw.jit import address_of, jit_inside
 from contactlaw.world.data.call import ask_meeting, ask_radius, ask_separation
-from contactlaw.world.data.records import BOX, CYLINDER, ELLIPSOID, NEVER, PLANE
+from contactlaw.world.data.kinds import BOX, CYLINDER, ELLIPSOID, PLANE
+from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub, tangent, to_body, to_world
 from contactlaw.world.shapes.core import excess_of, local
 from contactlaw.world.shapes.curvature import feature, radius_between

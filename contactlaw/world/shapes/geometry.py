@@ -6,19 +6,8 @@ from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.data.access import shape_at
 from contactlaw.world.data.call import ask_deepest, ask_meeting, ask_radius
-from contactlaw.world.data.records import (
-    BOX,
-    CYLINDER,
-    DISC,
-    ELLIPSOID,
-    HEIGHT_FIELD,
-    HULL,
-    NEVER,
-    PLANE,
-    SEGMENT,
-    SIDE,
-    SPHERE,
-)
+from contactlaw.world.data.kinds import BOX, CYLINDER, DISC, ELLIPSOID, HEIGHT_FIELD, HULL, PLANE, SEGMENT, SIDE, SPHERE
+from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import add, axpy, dot, load, norm, scale, sub, to_world
 
 BACK = 0.02  # of the sum of radii, by which the contact of two cores is set back behind that of corners and edges

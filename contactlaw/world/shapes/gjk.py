@@ -8,7 +8,7 @@ from math import atan2, copysign, cos, floor, pi, sin
 
 from contactlaw.jit import jit_inside
 from contactlaw.memory import doubles_at
-from contactlaw.world.data.records import BOX, CYLINDER, DISC, EDGE, HULL, SEGMENT, SIDE
+from contactlaw.world.data.kinds import BOX, CYLINDER, DISC, EDGE, HULL, SEGMENT, SIDE
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body, to_world
 from contactlaw.world.shapes.disc import dimensions
 from contactlaw.world.shapes.geometry import centre

@@ -17,7 +17,8 @@ import numpy as np
 from contactlaw.jit import address_of, jit_inside
 from contactlaw.memory import doubles_at
 from contactlaw.world.data.call import ask_meeting, ask_radius
-from contactlaw.world.data.records import DISC, ELLIPSOID, SEGMENT, Array
+from contactlaw.world.data.kinds import DISC, ELLIPSOID, SEGMENT
+from contactlaw.world.data.records import Array
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body, to_world
 from contactlaw.world.shapes.curvature import feature, radius_between, rim
 from contactlaw.world.shapes.disc import dimensions, lowest_over_plane

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from contactlaw.world.data.records import BOX, CORNER, CYLINDER, DISC, EDGE, HEIGHT_FIELD, HULL, PLANE, SIDE
+from contactlaw.world.data.kinds import BOX, CORNER, CYLINDER, DISC, EDGE, HEIGHT_FIELD, HULL, PLANE, SIDE
 from contactlaw.world.shapes import disc
 from contactlaw.world.shapes.core import CROWN
 

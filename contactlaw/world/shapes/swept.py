@@ -13,7 +13,8 @@ from contactlaw.jit import address_of
 from contactlaw.world.bodies.bounds import LARGEST_TURN, time_to_close, turning_bound
 from contactlaw.world.bodies.motion import change_bound, turn_rate, velocity_at
 from contactlaw.world.data.call import ask_deepest, ask_meeting, ask_over_face, ask_radius, ask_time
-from contactlaw.world.data.records import DISC, EDGE, NEVER, SEGMENT, SIDE
+from contactlaw.world.data.kinds import DISC, EDGE, SEGMENT, SIDE
+from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub, to_world
 from contactlaw.world.shapes.core import deepest_on_line, lies_over_face, nearest_on_core
 from contactlaw.world.shapes.curvature import radius_between, rim, side_at

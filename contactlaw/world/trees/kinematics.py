@@ -17,22 +17,9 @@ from contactlaw.jit import jit_inside
 from contactlaw.memory import doubles_at
 from contactlaw.world.bodies.motion import set_axes
 from contactlaw.world.data.access import axis_at, body_at, joint_at, link_at
+from contactlaw.world.data.quaternion import load4, product, rotation, store4, turn_by, unit
 from contactlaw.world.data.records import BALL, FREE_JOINT, SLIDE
-from contactlaw.world.data.vec import (
-    ZERO,
-    add,
-    axpy,
-    cross,
-    load,
-    load4,
-    product,
-    rotation,
-    store,
-    store4,
-    sub,
-    turn_by,
-    unit,
-)
+from contactlaw.world.data.vec import ZERO, add, axpy, cross, load, store, sub
 
 
 @jit_inside

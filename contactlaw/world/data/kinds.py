@@ -1,0 +1,17 @@
+"""Kinds of shapes. Of two shapes that touch, A is the one of the lower kind; `near.pairing.meets` says which do.
+
+SPHERE: meets all shapes but the ends of capsules. END: a sphere too, one end of a capsule; it meets boxes and planes
+only. SEGMENT: the side of a capsule, which meets round shapes, and the edges of boxes and hulls. BOX, CYLINDER, HULL (a
+polyhedron swept by a ball) and PLANE (a half space) meet round shapes. ELLIPSOID: meets all but parts.
+
+Flat shapes meet each other by round parts, see `shapes.parts.parts_of`: CORNER, a small sphere; EDGE, a segment; DISC,
+the rim of a cylinder; SIDE, a disc extended along the axis, which meets cylinders only. HEIGHT_FIELD: meets what a
+plane meets, see `shapes.height_field`; whole shapes are separated from it by the plane at its top. TANGENT: a plane
+that is placed anew before each step where an engine has found two shapes nearest; its pair is always near.
+"""
+
+SPHERE, END, CORNER, SEGMENT, EDGE, DISC, SIDE, ELLIPSOID, BOX, CYLINDER, HULL, PLANE, HEIGHT_FIELD, TANGENT = range(14)
+
+# Contacts at once that there is room for, for each round shape by its kind; of a hull with its parts. (Balls of any
+# sizes that do not overlap have at most 7.5 contacts a ball, Kuperberg & Schramm 1994.)
+NEIGHBOURS = {SPHERE: 8, END: 8, SEGMENT: 8, CORNER: 3, EDGE: 2, DISC: 4, SIDE: 4, ELLIPSOID: 8, HULL: 32}
