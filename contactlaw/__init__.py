@@ -11,21 +11,7 @@ from contactlaw.material import MATERIALS, RIGID, Material
 from contactlaw.pair import ContactPair, ContactWarning
 
 __all__ = [
-    "LAWS",
-    "MATERIALS",
-    "RIGID",
-    "Body",
-    "Calibration",
-    "ContactPair",
-    "ContactWarning",
-    "Estimate",
-    "Impact",
-    "Law",
-    "Material",
-    "calibrate",
-    "collide",
-    "contact_velocities",
-    "force_along_path",
-    "rebound",
-]
+    "LAWS", "MATERIALS", "RIGID", "Body", "Calibration", "ContactPair", "ContactWarning", "Estimate", "Impact", "Law",
+    "Material", "calibrate", "collide", "contact_velocities", "force_along_path", "rebound",
+]  # fmt: skip
 __version__ = "0.2.0"

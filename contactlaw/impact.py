@@ -29,14 +29,9 @@ SCALED = 0.75, 0.75, 1.0, 1.0  # E*, G*, R and mu of a pair with P = delta^1.5 a
 
 
 def rebound(
-    psi_1: ArrayLike,
-    chi: ArrayLike,
-    law: str | Law = "microslip",
-    restitution: ArrayLike = 1.0,
-    *,
-    steps: int | None = None,
-    threads: int = 1,
-) -> float | Array:
+    psi_1: ArrayLike, chi: ArrayLike, law: str | Law = "microslip", restitution: ArrayLike = 1.0, *,
+    steps: int | None = None, threads: int = 1,
+) -> float | Array:  # fmt: skip
     """Scaled tangential velocity of the contact point after an impact.
 
     Args:

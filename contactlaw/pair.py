@@ -221,16 +221,11 @@ class ContactPair:
         """
         given = self.radius is not None or radius is None
         return self.rule.with_nodes(None if nodes is None else checks.count("nodes", nodes, 0, 512)).with_pair(
-            self.effective_modulus,
-            self.effective_shear_modulus,
-            self._radius() if given else checks.positive("radius", radius),
-            self._at(1.0, 0.0)[1],
-            self.damping_ratio,
-            _scaled_duration(self.damping_ratio),
-            self.torsion_modulus,
-            self.rolling_resistance,
+            self.effective_modulus, self.effective_shear_modulus,
+            self._radius() if given else checks.positive("radius", radius), self._at(1.0, 0.0)[1], self.damping_ratio,
+            _scaled_duration(self.damping_ratio), self.torsion_modulus, self.rolling_resistance,
             speeds=losses.numbers_of(self.restitution, self.friction),
-        )
+        )  # fmt: skip
 
 
 def warn_of_depth(overlap: float, radius: float) -> bool:

@@ -99,7 +99,10 @@ def impact_by_steps(p, header, memory, motion: Motion, scale: Scale, deepest, sp
     steps = motion.delta.size - 1
     unit, impulse = mass * approach * approach / length, mass * approach / tangential_mass
     contact.overlap = length * motion.delta[1]
-    share = first_share(contact, pair, law, speed, approach * motion.delta[1] / motion.step[0])
+    share, closing = 0.0, approach * motion.delta[1] / motion.step[0]
+    if speed != 0.0:  # at the touch: mu if the contact starts sliding, k_T V_x/(k_N V_z) if it starts stuck
+        normal = contact.stiffness * (1.0 if pair.linear != 0.0 else 1.5 * sqrt(contact.overlap))
+        share = min(ask_stiffness(pair, contact, law) / normal * speed / closing, pair.friction)
     pull, work, elastic, slide = 0.0, 0.0, 0.0, 0.0
     for k in range(steps + 1):
         last, before = pull, speed
@@ -144,15 +147,6 @@ def write_history(motion: Motion, scale: Scale, track, along, force_out, table_o
         table_out[5, k] = one.stored
         table_out[6, k] = one.work - one.stored
         table_out[7, k] = 0.5 * energy * (1.0 - square) - stored
-
-
-@jit
-def first_share(contact, pair, law, speed, closing):
-    """F/P at the touch: mu if the contact starts sliding, k_T V_x/(k_N V_z) if it starts stuck."""
-    if speed == 0.0:
-        return 0.0
-    normal = contact.stiffness * (1.0 if pair.linear != 0.0 else 1.5 * sqrt(contact.overlap))
-    return min(ask_stiffness(pair, contact, law) / normal * speed / closing, pair.friction)
 
 
 @jit

@@ -2,8 +2,7 @@
 
 procedure     the functions for users
 table         checked tables of impacts
-fit           the law's rebound curve, for any stiffness ratio, through the impacts
-outliers      impacts that are left out
+fit           the law's rebound curve, for any stiffness ratio, through the impacts; outliers
 ranges        95 % ranges of the parameters; large tables are fitted by averages
 over_speed    restitution that depends on speed
 assessment    the whole evaluation, and its verdict in words

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import stats
 
-from contactlaw.calibration.fit import problem_of, sliding_from
-from contactlaw.calibration.outliers import far_limit, robust_scale
+from contactlaw.calibration.fit import far_limit, problem_of, robust_scale, sliding_from
 from contactlaw.calibration.over_speed import over_speed
 from contactlaw.calibration.ranges import NORMAL, Evidence, evidence_of, widening
 from contactlaw.calibration.result import (

@@ -1,4 +1,4 @@
-"""Fit of the rebound curve to measured impacts.
+"""Fit of the rebound curve to measured impacts, without those that lie farther from it than scatter explains.
 
 With t = V_x1/V_z1 the law gives V_x2/V_z1 = (mu/kappa) psi_2(psi_1 = kappa t/mu, chi = kappa c/2), c = m_N/m_T. All
 velocities have errors, those before the impact too; a residual has the variance of all of them, propagated along the
@@ -7,14 +7,14 @@ where everything sticks. So fits start from every local minimum of a map of the 
 shape (..., 2).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy import ndimage, optimize
 from scipy.interpolate import RectBivariateSpline
 
-from contactlaw.calibration.table import Array, Impacts
+from contactlaw.calibration.table import Array, Impacts, Mask
 from contactlaw.impact import rebound
 
 KAPPA_RANGE = (0.3, 2.0)  # range of the search; G*/E* of elastic materials is 2/3 to 4/3
@@ -161,3 +161,41 @@ def problem_of(impacts: Impacts, restitution: float, kappa: float, *, hold: bool
     frictions = FRICTION_GRID * float(impacts.impulse_ratio[0].max())
     grid = np.log(np.stack(np.meshgrid(frictions, kappas, indexing="ij"), axis=-1))
     return Problem(impacts, law, grid, int(np.argmin(np.abs(kappas - kappa))))
+
+
+SPARE, ONE_IN = 6, 5  # least number of impacts less parameters for a search; at most one in five is an outlier
+
+
+def far_limit(freedom: int) -> float:
+    """Limit in standard deviations that, of some twenty impacts, one exceeds by chance in a few of a hundred tables."""
+    return 4.0 * (1.0 + 3.0 / max(freedom, 1))
+
+
+def robust_scale(scaled: Array, fitted: int, least: float) -> float:
+    """Robust standard deviation, from the median of absolute values, but at least `least`."""
+    return max(1.4826 * float(np.median(np.abs(scaled))) * (scaled.size / max(scaled.size - fitted, 1)) ** 0.5, least)
+
+
+def inliers(problem: Problem) -> Mask:
+    """Return the mask of impacts that are not outliers, shape (n,).
+
+    Suspects lie more than 3 robust standard deviations from a robust fit, and are at most one impact in five. They are
+    outliers if they also lie too far from the fit without them.
+    """
+    n = problem.impacts.size
+    if n < SPARE + problem.fitted:
+        return np.ones(n, dtype=bool)
+
+    def scale(place: Array) -> float:
+        return robust_scale(problem.scaled(place), problem.fitted, problem.least_scale)
+
+    rough = [problem.solve(start, scale(start))[0] for start in problem.starts()]
+    best = min((problem.solve(place, scale(place))[0] for place in rough), key=scale)
+    far = np.abs(problem.scaled(best))
+    suspects = (far > 3.0 * scale(best)) & (far >= np.sort(far)[-(n // ONE_IN)])
+    if not suspects.any():
+        return ~suspects
+    clean = replace(problem, impacts=problem.impacts.chosen(~suspects))
+    place, freedom = clean.solve(best)[0], int(n - suspects.sum()) - problem.fitted
+    spread = max(float(np.sum(clean.scaled(place) ** 2) / freedom) ** 0.5, problem.least_scale)
+    return ~suspects | (np.abs(problem.scaled(place)) <= far_limit(freedom) * spread)

@@ -16,17 +16,11 @@ from contactlaw.collision import Body
 
 
 def calibrate(
-    before: Sequence[ArrayLike],
-    after: Sequence[ArrayLike | None],
-    inertia_ratio: float | Body | tuple[Body, Body],
-    *,
-    normal_error: ArrayLike | None = None,
-    tangential_error: ArrayLike | None = None,
-    stiffness_ratio: float | None = None,
-    hold_stiffness_ratio: bool = False,
-    restitution: float | None = None,
+    before: Sequence[ArrayLike], after: Sequence[ArrayLike | None], inertia_ratio: float | Body | tuple[Body, Body], *,
+    normal_error: ArrayLike | None = None, tangential_error: ArrayLike | None = None,
+    stiffness_ratio: float | None = None, hold_stiffness_ratio: bool = False, restitution: float | None = None,
     restitution_law: str | None = None,
-) -> Calibration:
+) -> Calibration:  # fmt: skip
     """Restitution, friction and stiffness ratio from a table of n impacts.
 
     Velocities are those of the contact point of one body relative to the other; `contact_velocities` computes them from

@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import ndimage, optimize, stats
 
-from contactlaw.calibration.fit import Problem
-from contactlaw.calibration.outliers import inliers, robust_scale
+from contactlaw.calibration.fit import Problem, inliers, robust_scale
 from contactlaw.calibration.table import Array, Impacts, Mask
 
 WIDEST = 2.5  # a parameter whose 95 % range spans more than this factor is not determined

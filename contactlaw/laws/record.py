@@ -14,14 +14,16 @@ from numba.extending import overload
 from contactlaw.memory import caller, doubles_at, element
 
 
-def record(*names: str) -> np.dtype:
-    """Return a record type with float64 fields of these names."""
-    return np.dtype([(name, np.float64) for name in names], align=True)
+def record(*names: str, **fields: Any) -> np.dtype:
+    """Return a record type, aligned: float64 fields of these names, then fields of a type, or a type and a shape."""
+    kinds = {**dict.fromkeys(names, "f8"), **fields}
+    columns = [(name, *kind) if isinstance(kind, tuple) else (name, kind) for name, kind in kinds.items()]
+    return np.dtype(columns, align=True)
 
 
 def record_of(**values: Any) -> np.ndarray:
     """Return a structured array of shape (1,) whose float64 fields have these values, numbers or arrays."""
-    out = np.zeros(1, np.dtype([(name, np.float64, np.shape(value)) for name, value in values.items()], align=True))
+    out = np.zeros(1, record(**{name: ("f8", np.shape(value)) for name, value in values.items()}))
     for name, value in values.items():
         out[name] = value
     return out

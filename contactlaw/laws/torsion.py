@@ -46,15 +46,13 @@ from math import copysign, pi, sqrt
 import numpy as np
 
 from contactlaw.jit import jit, jit_inline, jit_of_sums
-from contactlaw.laws.record import SLIDING, SPRUNG, ask_energy
+from contactlaw.laws.record import SLIDING, SPRUNG, ask_energy, record
 from contactlaw.laws.slip import span_of
 from contactlaw.laws.step import ask
 
 RINGS = 16
 EDGES = (np.arange(RINGS + 1) / RINGS) ** 0.9  # radii over the span; closer towards the rim, where slip begins
-TORSION = np.dtype(
-    [("span", "f8"), ("moment", "f8"), ("twists", "f8", (RINGS,)), ("stored", "f8"), ("missed", "f8", (3,))]
-)
+TORSION = record("span", "moment", twists=("f8", (RINGS,)), stored="f8", missed=("f8", (3,)))
 """State of a contact under torsion.
 
 span: radius that the rings span [m]; 0: no spin since the touch. moment: moment against the spin [N m]. twists: elastic

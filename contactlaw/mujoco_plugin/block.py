@@ -17,9 +17,10 @@ import numpy as np
 from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_inside
+from contactlaw.laws.record import record
 from contactlaw.memory import doubles_at, element, load_int
 from contactlaw.mujoco_plugin.layout import record_at
-from contactlaw.world.data.records import VECTOR, Array, Arrays, record
+from contactlaw.world.data.records import VECTOR, Array, Arrays
 
 TOKEN, LEFT, PUSH = range(3)  # first indices of the parts of the state
 MOCAP_SIZE = 13  # doubles of a mocap body in the state: position, quaternion, velocity, spin

@@ -72,22 +72,16 @@ def write(contact: Contact) -> dict[str, str]:
     pair = contact.pair
     runs = ((f"{bits[0]}/{bits[1]}", len(list(run))) for bits, run in groupby(contact.native))
     given: dict[str, str | float | None] = {
-        "name": contact.name,
-        "geom1": _joined([geom.name for geom in contact.ones]),
+        "name": contact.name, "geom1": _joined([geom.name for geom in contact.ones]),
         "geom2": _joined([geom.name for geom in contact.twos]),
         "material1": f"{pair.a.youngs_modulus!r} {pair.a.poissons_ratio!r}",
         "material2": f"{pair.b.youngs_modulus!r} {pair.b.poissons_ratio!r}",
         "friction": GEOMS if contact.geom_friction else losses.text_of(pair.friction),
-        "restitution": losses.text_of(pair.restitution),
-        "radius": pair.radius,
-        "law": text_of(pair.rule),
-        "stiffness_ratio": pair.stiffness_ratio,
-        "rolling_resistance": pair.rolling_resistance or None,
-        "substeps": str(contact.substeps),
-        "rounding": contact.rounding,
-        "native": " ".join(f"{bits}x{count}" for bits, count in runs) or None,
-        "overlaps": contact.overlaps,
-    }
+        "restitution": losses.text_of(pair.restitution), "radius": pair.radius, "law": text_of(pair.rule),
+        "stiffness_ratio": pair.stiffness_ratio, "rolling_resistance": pair.rolling_resistance or None,
+        "substeps": str(contact.substeps), "rounding": contact.rounding,
+        "native": " ".join(f"{bits}x{count}" for bits, count in runs) or None, "overlaps": contact.overlaps,
+    }  # fmt: skip
     return {key: one if isinstance(one, str) else repr(float(one)) for key, one in given.items() if one is not None}
 
 
@@ -108,10 +102,6 @@ def _number(key: str, text: str) -> float:
     if not losses.NUMBER.fullmatch(text.strip()):
         raise ValueError(f"{key} = {text!r}: must be a number")
     return float(text)
-
-
-def _whole(key: str, text: str) -> Any:
-    return int(text) if text.strip().isdecimal() else text
 
 
 def _friction(key: str, text: str) -> Any:
@@ -143,7 +133,8 @@ SIDES = {"geom1": _text, "geom2": _text}
 REQUIRED = {"material1": _material, "material2": _material, "friction": _friction}
 OF_PAIR = {"restitution": losses.read, "radius": _number, "law": _text, "stiffness_ratio": _number,
            "rolling_resistance": _number}  # fmt: skip
-OF_CONTACT = {"substeps": _whole, "rounding": _number, "native": _bits, "overlaps": _text, "name": _text}
+OF_CONTACT = {"substeps": lambda _, text: int(text) if text.strip().isdecimal() else text, "rounding": _number,
+              "native": _bits, "overlaps": _text, "name": _text}  # fmt: skip
 KEYS: dict[str, Callable[[str, str], Any]] = SIDES | REQUIRED | OF_PAIR | OF_CONTACT
 """Configuration keys of the plugin; geom1, geom2, material1, material2 and friction are required.
 

@@ -59,14 +59,6 @@ def report_once(head, code, value):
 
 
 @jit
-def report_contact(head, c, code, value):
-    """Report something of a contact, unless it has been reported of its plugin instance."""
-    head.about, head.about_a = c.pair, whole_at(head.geoms, c.shape_a)
-    head.about_b = whole_at(head.geoms, c.shape_b)
-    report_if_new(head, code, value)
-
-
-@jit
 def report_if_new(head, code, value):
     """Report a code of what the head is about (`about`, `about_a`, `about_b`), unless it has been reported."""
     said = whole_at(head.reported, head.about)
@@ -93,7 +85,9 @@ def report_contacts(head, w):
             bits = doubts_of(w, c)
             for bit in DOUBTS:
                 if bits & bit != 0:
-                    report_contact(head, c, bit, doubt_value(c, bit))
+                    head.about, head.about_a = c.pair, whole_at(head.geoms, c.shape_a)
+                    head.about_b = whole_at(head.geoms, c.shape_b)
+                    report_if_new(head, bit, doubt_value(c, bit))
     if w.lost > 0:
         report_once(head, FULL, float(w.contact_room))
         w.lost = 0

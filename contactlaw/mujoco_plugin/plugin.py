@@ -197,13 +197,10 @@ class Plugin(ctypes.Structure):
     """mjpPlugin of mjplugin.h."""
 
     _fields_ = [
-        ("name", ctypes.c_char_p),
-        ("nattribute", ctypes.c_int),
-        ("attributes", ctypes.POINTER(ctypes.c_char_p)),
-        ("capabilityflags", ctypes.c_int),
-        ("needstage", ctypes.c_int),
+        ("name", ctypes.c_char_p), ("nattribute", ctypes.c_int), ("attributes", ctypes.POINTER(ctypes.c_char_p)),
+        ("capabilityflags", ctypes.c_int), ("needstage", ctypes.c_int),
         *((name, ctypes.c_void_p) for name in _POINTER_FIELDS),
-    ]
+    ]  # fmt: skip
 
 
 def register() -> None:

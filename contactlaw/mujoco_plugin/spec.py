@@ -26,16 +26,9 @@ MAX_EXPLICIT_PAIRS = 256  # sets with more pairs are separated by contype and co
 
 
 def add_contact(
-    spec: mujoco.MjSpec,
-    geom1: Geoms,
-    geom2: Geoms,
-    pair: ContactPair,
-    *,
-    others: bool = True,
-    substeps: int = config.SUBSTEPS,
-    rounding: float | None = None,
-    overlaps: str = "relax",
-) -> str:
+    spec: mujoco.MjSpec, geom1: Geoms, geom2: Geoms, pair: ContactPair, *, others: bool = True,
+    substeps: int = config.SUBSTEPS, rounding: float | None = None, overlaps: str = "relax",
+) -> str:  # fmt: skip
     """Let geoms touch by the law; then call `spec.compile()` and plain `mj_step`, at any time step.
 
     The native contact of these pairs is disabled; that of each geom with all others stays unless `others` is False.

@@ -110,7 +110,8 @@ def write_touched(head, k, r, b):
     set_axes(b)
     rows.select(head, k)
     store(r.left.position, load(b.position))
-    rows.store_quaternion(r.left, turned)
+    q = r.left.quaternion
+    q[3], q[0], q[1], q[2] = turned
     store(r.left.velocity, v)
     store(r.left.spin, spin)
     r.bullet_time = 0.0

@@ -3,6 +3,7 @@
 import struct
 from collections.abc import Callable, Iterable
 from functools import partial
+from operator import sub
 from typing import Any
 
 import numpy as np
@@ -237,7 +238,8 @@ class Bodies:
         for i, (velocity, _) in enumerate(self._velocities):
             (u, v, w), now = flown[i] = velocity()
             (x, y, z), spin = self._last[i][1]
-            if not (e <= w - z <= f and a <= u - x <= b and c <= v - y <= d) or (now != spin and not _alike(spin, now)):
+            falls = e <= w - z <= f and a <= u - x <= b and c <= v - y <= d
+            if not falls or (now != spin and not sum(map(abs, map(sub, spin, now))) <= 0.5 * max(map(abs, spin))):
                 strayed.append(i)
         if not strayed and self._falls:
             return True
@@ -329,11 +331,6 @@ class Bodies:
     def _refuse(self) -> None:
         name = name_of(self.keys[int(self._head["bad"][0])])
         raise ValueError(f"{name}: its position, velocity, or gravity is not finite")
-
-
-def _alike(one: tuple[float, float, float], two: tuple[float, float, float]) -> bool:
-    """Return whether a vector differs from another one by at most half of it."""
-    return sum(abs(a - b) for a, b in zip(one, two, strict=True)) <= 0.5 * max(map(abs, one))
 
 
 def _mass_of(key: Key, client: int) -> tuple[float, tuple[float, float, float]]:

@@ -22,7 +22,6 @@ from contactlaw.pybullet_callback.tags import Tags
 from contactlaw.world.readout import Ledger
 
 LEAST_SUBSTEPS = 10
-NEWS = LISTED | NOTED  # results of a step that are handled in Python
 
 
 class ContactCallback:
@@ -85,16 +84,10 @@ class ContactCallback:
         _ALL.add(self)
 
     def add_contact(
-        self,
-        body_a: int | Sequence[int] | Sequence[tuple[int, int]],
-        body_b: int | Sequence[int] | Sequence[tuple[int, int]],
-        pair: ContactPair,
-        link_a: int = -1,
-        link_b: int = -1,
-        *,
-        substeps: int = 100,
-        rounding: float | None = None,
-    ) -> int:
+        self, body_a: int | Sequence[int] | Sequence[tuple[int, int]],
+        body_b: int | Sequence[int] | Sequence[tuple[int, int]], pair: ContactPair, link_a: int = -1, link_b: int = -1,
+        *, substeps: int = 100, rounding: float | None = None,
+    ) -> int:  # fmt: skip
         """Let the law act between two bodies, or two sets of bodies, in place of the native response.
 
         Args:
@@ -219,8 +212,12 @@ class ContactCallback:
         except p.error:  # its message does not name the body
             self._tags.check()
             raise
-        if flags & NEWS:
-            self._handle_flags(scene, flags)
+        if flags & LISTED and scene.bodies.near_masses_changed():
+            self.look()
+        if flags & NOTED:
+            for _, record in scene.contacts():
+                for two, text in scene.new_warnings(record):
+                    warnings.warn(f"{two}: {text}", ContactWarning, stacklevel=2)
 
     def stepping(self) -> AbstractContextManager[None]:
         """Let each `pybullet.stepSimulation` of this client be `step`, for environments that step PyBullet themselves.
@@ -249,15 +246,6 @@ class ContactCallback:
         self._old = self._made or self._old
         self._contacts, self._made, self._body_count = contacts, None, -1
         NEXT.pop(self._client, None)
-
-    def _handle_flags(self, scene: Scene, flags: int) -> None:
-        """Handle the bits that a step returned: near pairs listed anew, and contacts to be warned of."""
-        if flags & LISTED and scene.bodies.near_masses_changed():
-            self.look()
-        if flags & NOTED:
-            for _, record in scene.contacts():
-                for two, text in scene.new_warnings(record):
-                    warnings.warn(f"{two}: {text}", ContactWarning, stacklevel=3)
 
     def _contact(self, handle: Any) -> Contact:
         if not isinstance(handle, int | np.integer) or handle not in self._contacts:

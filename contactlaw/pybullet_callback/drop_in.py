@@ -48,14 +48,9 @@ class Loaded:
 
 
 def load_urdf(
-    callback: ContactCallback,
-    path: str | os.PathLike[str],
-    contacts: Contacts,
-    *,
-    undamped: bool = True,
-    settings: Mapping[str, Any] | None = None,
-    **options: Any,
-) -> Loaded:
+    callback: ContactCallback, path: str | os.PathLike[str], contacts: Contacts, *, undamped: bool = True,
+    settings: Mapping[str, Any] | None = None, **options: Any,
+) -> Loaded:  # fmt: skip
     """Load a URDF and let links of it touch by the law; Bullet finds the files that it refers to beside it.
 
     Args:

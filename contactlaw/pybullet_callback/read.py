@@ -72,14 +72,20 @@ def read_bodies(head, w):
             if b.asleep == 0 and (r.mass > 0.0 or not is_static(b)):
                 rows.set_body(r, b, head.dt)
             continue
-        v = load(r.before.velocity)
+        x, v = load(r.before.position), load(r.before.velocity)
         if r.mass == 0.0 and dot(v, v) + dot(load(r.before.spin), load(r.before.spin)) == 0.0:
-            read_kinematic(w, r, b, head.dt)
+            # nothing pushes it, and it has no velocity in PyBullet: it moves to where the user has put it
+            store(b.position, load(r.left.position))
+            store4(b.quaternion, rows.quaternion_of(r.left))
+            move_kinematic(w, b, x, rows.quaternion_of(r.before), head.dt)
+            r.pressed, r.placed = 0, b.placed
             placed |= r.placed
             moved = moved or r.placed != 0
             continue
-        if r.mass > 0.0:
-            r.placed = 0 if is_expected(r, v) else 1
+        if r.mass > 0.0:  # expected is where its velocity takes it in the time for which Bullet has moved it
+            way = scale(r.bullet_time, v)
+            off = norm(sub(sub(x, load(r.left.position)), way))
+            r.placed = 0 if off <= rows.EXACT * (norm(x) + norm(way)) else 1
         if r.mass == 0.0 or r.placed != 0:
             placed |= r.placed
             r.pressed, moved = 0, True
@@ -91,22 +97,6 @@ def read_bodies(head, w):
             if b.asleep != 0:
                 b.held[0] = nan
     return rows.PLACED if placed != 0 else 0
-
-
-@jit_inside
-def read_kinematic(w, r, b, dt):
-    """Let a body that nothing pushes, and that has no velocity in PyBullet, move to where the user has put it."""
-    store(b.position, load(r.left.position))
-    store4(b.quaternion, rows.quaternion_of(r.left))
-    move_kinematic(w, b, load(r.before.position), rows.quaternion_of(r.before), dt)
-    r.pressed, r.placed = 0, b.placed
-
-
-@jit_inside
-def is_expected(r, v):
-    """Return whether a body is where a velocity takes it in the time for which Bullet has moved it."""
-    x, way = load(r.before.position), scale(r.bullet_time, v)
-    return norm(sub(sub(x, load(r.left.position)), way)) <= rows.EXACT * (norm(x) + norm(way))
 
 
 @jit_inside

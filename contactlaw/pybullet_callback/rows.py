@@ -16,10 +16,11 @@ from math import isfinite
 from typing import Any
 
 from contactlaw.jit import jit_inside
+from contactlaw.laws.record import record
 from contactlaw.memory import element, set_whole
 from contactlaw.world.bodies.motion import set_axes, spin_rate
 from contactlaw.world.data.quaternion import store4
-from contactlaw.world.data.records import VECTOR, record
+from contactlaw.world.data.records import VECTOR
 from contactlaw.world.data.vec import axpy, load, store, to_body, to_world
 
 MOTION = record(position=VECTOR, quaternion=("f8", (4,)), velocity=VECTOR, spin=VECTOR)
@@ -83,12 +84,6 @@ def same_motion(a, b):
 def quaternion_of(m):
     """Return the quaternion of a motion, scalar first."""
     return m.quaternion[3], m.quaternion[0], m.quaternion[1], m.quaternion[2]
-
-
-@jit_inside
-def store_quaternion(m, q):
-    """Write a quaternion, scalar first, into a motion."""
-    m.quaternion[3], m.quaternion[0], m.quaternion[1], m.quaternion[2] = q
 
 
 @jit_inside

@@ -28,14 +28,9 @@ OTHER_BODY_TYPES = {
 
 KINDS = {p.JOINT_REVOLUTE: "hinge", p.JOINT_PRISMATIC: "slide", p.JOINT_SPHERICAL: "ball"}
 SHAPE_NAMES = {
-    p.GEOM_SPHERE: "sphere",
-    p.GEOM_BOX: "box",
-    p.GEOM_CYLINDER: "cylinder",
-    p.GEOM_MESH: "mesh",
-    p.GEOM_PLANE: "plane",
-    p.GEOM_CAPSULE: "capsule",
-    p.GEOM_HEIGHTFIELD: "heightfield",
-}
+    p.GEOM_SPHERE: "sphere", p.GEOM_BOX: "box", p.GEOM_CYLINDER: "cylinder", p.GEOM_MESH: "mesh",
+    p.GEOM_PLANE: "plane", p.GEOM_CAPSULE: "capsule", p.GEOM_HEIGHTFIELD: "heightfield",
+}  # fmt: skip
 WITH_RADIUS = "sphere, capsule, plane, box, cylinder"
 PIECES = "compound of such"
 

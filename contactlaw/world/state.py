@@ -25,6 +25,7 @@ from contactlaw.world.data.saved import KNOWN_NUMBERS
 from contactlaw.world.data.vec import dot, load, norm, store
 from contactlaw.world.near.listing import count_slots
 from contactlaw.world.near.pairing import can_touch, pair_of
+from contactlaw.world.trees.mobility import clear, copy
 
 HEAD, SHAPES, SLEEP = 1, 3, 4  # numbers before all contacts, before the fields of each contact, of each body
 RECORD = CONTACT.itemsize
@@ -85,22 +86,22 @@ def write(w, out):
             continue
         count += 1
         out[at], out[at + 1], out[at + 2] = p.a, p.b, contact_at(w.contacts, p.slot).touches
-        at = write_numbers(contact_fields(w, p.slot, 0, KNOWN_NUMBERS), out, at + SHAPES)
-        at = write_numbers(contact_fields(w, p.slot, FIRST, KEPT), out, at)
-        at = write_numbers(memory_of(w, p.slot), out, at)
-    for i in range(at, HEAD + before * length):
-        out[i] = 0.0
+        copy(contact_fields(w, p.slot, 0, KNOWN_NUMBERS), out[at + SHAPES :])
+        copy(contact_fields(w, p.slot, FIRST, KEPT), out[at + SHAPES + KNOWN_NUMBERS :])
+        copy(memory_of(w, p.slot), out[at + PER_CONTACT :])
+        at += length
+    clear(out[at : max(HEAD + before * length, at)])
     out[0] = count
     at = HEAD + room * length
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
-        sleeps = b.asleep != 0 and is_small(b.held, 3)
+        sleeps = b.asleep != 0 and is_small(b.held)
         out[at] = 1.0 if sleeps else -float(b.pause + PAUSE_LIMIT * b.last_pause)
         for j in range(3):
             out[at + 1 + j] = b.held[j] if sleeps else 0.0
         at += SLEEP
     for i in range(w.pair_count):
-        write_numbers(pair_at(w.pairs, i).ledger, out, at + LEDGER * i)
+        copy(pair_at(w.pairs, i).ledger, out[at + LEDGER * i :])
     for k in range(w.nears):
         p = near_at(w.near, k)
         if p.slot >= 0 and p.closed == 0 and p.initial_overlap == 0.0:
@@ -109,27 +110,10 @@ def write(w, out):
 
 
 @jit_inside
-def write_numbers(numbers, out, at):
-    """Write numbers into a row from a place on; returns the place behind them."""
-    place = out[at:]  # its indices are not negative, for all that the compiler knows else
-    for i in range(numbers.size):
-        place[i] = numbers[i]
-    return at + numbers.size
-
-
-@jit_inside
-def read_numbers(row, at, out):
-    """Read numbers from a place of a row on; returns the place behind them."""
-    for i in range(out.size):
-        out[i] = row[at + i]
-    return at + out.size
-
-
-@jit_inside
-def is_small(numbers, count):
+def is_small(numbers):
     """Return whether numbers are finite, and small enough for their products to be so."""
     sound = True
-    for i in range(count):
+    for i in range(numbers.size):
         sound = sound and abs(numbers[i]) <= MAX_NUMBER
     return sound
 
@@ -155,9 +139,10 @@ def read(w, row):
             c.touches = int(row[at + 2])
             # between steps laws have received all motion, but the slot may hold pending motion of a parted contact
             c.pending_twist, c.twist_overlap, c.coasted_from = 0.0, 0.0, 0.0
-            here = read_numbers(row, at + SHAPES, contact_fields(w, slot, 0, KNOWN_NUMBERS))
-            here = read_numbers(row, here, contact_fields(w, slot, FIRST, KEPT))
-            read_numbers(row, here, memory_of(w, slot))
+            history = at + PER_CONTACT
+            copy(row[at + SHAPES : history - KEPT], contact_fields(w, slot, 0, KNOWN_NUMBERS))
+            copy(row[history - KEPT : history], contact_fields(w, slot, FIRST, KEPT))
+            copy(row[history : at + length], memory_of(w, slot))
             bad += 0 if restore_contact(w, c, a, b) else 1
         else:
             bad += 1
@@ -167,8 +152,8 @@ def read(w, row):
         bad += 0 if restore_sleep(body_at(w.bodies, i), row[at : at + SLEEP]) else 1
         at += SLEEP
     for i in range(w.pair_count):
-        if is_small(row[at : at + LEDGER], LEDGER):
-            read_numbers(row, at, pair_at(w.pairs, i).ledger)
+        if is_small(row[at : at + LEDGER]):
+            copy(row[at : at + LEDGER], pair_at(w.pairs, i).ledger)
         at += LEDGER
     return bad
 
@@ -190,14 +175,10 @@ def clear_state(w):
         set_whole(w.spare, w.contact_room - 1 - i, i)
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
-        b.asleep = 0
-        b.active = 0
-        b.pause, b.last_pause = 0, 0
-        store(b.held, (0.0, 0.0, 0.0))
+        b.asleep, b.active, b.pause, b.last_pause = 0, 0, 0, 0
+        clear(b.held)
     for i in range(w.pair_count):
-        own = pair_at(w.pairs, i).ledger
-        for j in range(LEDGER):
-            own[j] = 0.0
+        clear(pair_at(w.pairs, i).ledger)
 
 
 @jit_inside
@@ -210,9 +191,8 @@ def forget_motion(w):
             store(vector, (0.0, 0.0, 0.0))
         if b.tree != 0:
             t = tree_at(b.tree, 0)
-            t.effort = 0.0
             link = link_at(t.links, b.member)
-            link.rate = 0.0
+            t.effort, link.rate = 0.0, 0.0
             for k in range(link.first_axis, link.first_axis + link.axes):
                 axis_at(t.axes, k).inverse = 0.0
 
@@ -220,7 +200,7 @@ def forget_motion(w):
 @jit_inside
 def is_readable(w, row, last_a, last_b):
     """Return whether the numbers of a contact are finite, and its shapes come after the last ones and may touch."""
-    if not is_small(row, row.size) or not (0.0 <= row[0] < w.shape_count and 0.0 <= row[1] < w.shape_count):
+    if not is_small(row) or not (0.0 <= row[0] < w.shape_count and 0.0 <= row[1] < w.shape_count):
         return False
     a, b = int(row[0]), int(row[1])
     later = a > last_a or (a == last_a and b > last_b)
@@ -301,8 +281,8 @@ def restore_sleep(b, row):
         b.pause, b.last_pause = pauses % PAUSE_LIMIT, pauses // PAUSE_LIMIT
     if row[0] <= 0.0:
         return row[0] > -PAUSE_LIMIT * PAUSE_LIMIT
-    if row[0] != 1.0 or not is_small(row, SLEEP) or (b.active == 0 and b.tree == 0) or b.inverse_mass == 0.0:
+    if row[0] != 1.0 or not is_small(row) or (b.active == 0 and b.tree == 0) or b.inverse_mass == 0.0:
         return False
     b.asleep = 1
-    read_numbers(row, 1, b.held)
+    copy(row[1:], b.held)
     return True

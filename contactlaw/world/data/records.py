@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.laws.record import CONTACT as TOUCH
+from contactlaw.laws.record import record
 from contactlaw.laws.torsion import TORSION
 from contactlaw.world.data.demand import TABLE
 
@@ -28,12 +29,6 @@ FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; that of a parted c
 
 VECTOR = ("f8", (3,))
 MATRIX = ("f8", (9,))  # row by row
-
-
-def record(**fields: Any) -> np.dtype:
-    """Return a record type with these fields, aligned."""
-    columns = [(name, *kind) if isinstance(kind, tuple) else (name, kind) for name, kind in fields.items()]
-    return np.dtype(columns, align=True)
 
 
 BODY = record(
