@@ -4,10 +4,10 @@ The first plugin instance of a model leads: its block and its part of plugin_sta
 bodies that touch through several instances move together. The blocks of the other instances only say that they do not.
 
 The leader's part of plugin_state, in doubles: a token, which is a checksum of the rest for this model; a checksum of
-the coordinates and velocities at the end of the last step and of the numbers that the law reads of the model; the
-generalised force of the contacts, shape (nv,); for free bodies the acceleration and torque by other forces, shape
-(nv,), see `free`; pose and velocity of each mocap body, shape (mocaps, 13); the world between two steps
-(`world.state`).
+the coordinates and velocities at the end of the last step and of the numbers that the law reads of the model; that of
+these numbers alone; the generalised force of the contacts, shape (nv,); for free bodies the acceleration and torque by
+other forces, shape (nv,), see `free`; pose and velocity of each mocap body, shape (mocaps, 13); the world between two
+steps (`world.state`).
 """
 
 import ctypes
@@ -22,7 +22,7 @@ from contactlaw.memory import doubles_at, element, load_int
 from contactlaw.mujoco_plugin.layout import record_at
 from contactlaw.world.data.records import VECTOR, Array, Arrays
 
-TOKEN, LEFT, PUSH = range(3)  # first indices of the parts of the state
+TOKEN, LEFT, CONTENT, PUSH = range(4)  # first indices of the parts of the state
 MOCAP_SIZE = 13  # doubles of a mocap body in the state: position, quaternion, velocity, spin
 STARTS = 4  # states kept, of the last calls of compute: Runge-Kutta calls it four times a step
 

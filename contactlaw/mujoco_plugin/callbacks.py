@@ -4,8 +4,8 @@
 step, so that joint limits, equalities and the engine's own contacts respond to it. It saves the state that the engine
 steps from, and changes nothing else that lasts. `advance`, called once after the engine's step, reads bodies at the
 saved state (hook read), with the accelerations of the engine's step less that force, takes the same step of the world,
-and writes coordinates and velocities of all bodies that contacts have touched (hook apply). Hooks load and store are
-`load_state` and `store_state`.
+and writes coordinates and velocities of all bodies that contacts have touched, or that cannot be where the engine has
+them, see `near.following` (hook apply). Hooks load and store are `load_state` and `store_state`.
 """
 
 import numpy as np
@@ -15,6 +15,7 @@ from contactlaw.jit import c_callback
 from contactlaw.memory import whole_at
 from contactlaw.mujoco_plugin import free, layout, notices
 from contactlaw.mujoco_plugin.block import (
+    CONTENT,
     LEFT,
     MOCAP_SIZE,
     PUSH,
@@ -39,8 +40,10 @@ from contactlaw.world.data.checksum import as_float, mix
 from contactlaw.world.data.demand import READ as READ_STATE
 from contactlaw.world.data.demand import STEP
 from contactlaw.world.data.quaternion import load4, store4
+from contactlaw.world.data.records import EDITED as EDITED_BODIES
 from contactlaw.world.data.records import RESIZED
 from contactlaw.world.data.vec import load, scale, store
+from contactlaw.world.near.following import follow, may_follow, part
 from contactlaw.world.sleep import is_at_rest
 from contactlaw.world.state import forget_motion, unused_span, write
 from contactlaw.world.step import FIND_PRESSED, FIXED_ROOM
@@ -85,9 +88,8 @@ def move_world(head, w, state):
     for i in range(head.free_count):
         free.lead_free(head, free_at(head.frees, i))
     call_step(address(w, STEP), w, head.step_size, FIXED_ROOM)
+    end_near(head, w)
     call_step(address(w, STEP), w, head.step_size, FIND_PRESSED)
-    if head.lag > 0.0:
-        touch_near(w)
     for i in range(head.free_count):
         free.write_free(head, free_at(head.frees, i), state[PUSH + head.nv :])
     run_trees(head, WRITE)
@@ -151,10 +153,10 @@ def read_mocap(head, w, p, left_io):
 
 
 @jit
-def touch_near(w):
-    """Mark all trees that are near something as touched, so that they end the step where the world has them.
+def end_near(head, w):
+    """Let what nothing has touched end the step where the engine has it: free bodies if they touch nothing there.
 
-    The engine's flight is of first order: there they could overlap what they pass by in the world.
+    Trees that may have touched something end where the world has them.
     """
     for k in range(w.nears):
         p = near_at(w.near, k)
@@ -162,6 +164,10 @@ def touch_near(w):
             b = body_at(w.bodies, i)
             if b.tree != 0 and b.done == 0:
                 b.touched = 1
+            if 0 < i <= head.free_count and may_follow(b):
+                position, turn = free.pose_in(free_at(head.frees, i - 1), data_at(head.data, 0).qpos)
+                follow(w, i, position, turn)
+    part(w)
 
 
 @jit
@@ -209,6 +215,8 @@ def load_world(head, w, state):
         row = state[head.row :]
         dropped = call_read(address(w, READ_STATE), w, row.ctypes.data, row.size)
         head.token, head.idle = state[TOKEN], 0
+        if head.token != 0.0 and state[CONTENT] != as_float(types.uint64(head.content)):
+            w.edited = max(w.edited, EDITED_BODIES)
     if head.token == 0.0:  # after a reset all bodies count as moved by the user: initial overlaps must be found
         left = floats(head.left, 1, head.nq)
         for i in range(head.nq):
@@ -238,8 +246,9 @@ def store_state(head, w, state):
             force = scale(free.mean_share(c, head.step_size), load(c.force))
             add_force(head, p.body_a, load(c.arm_a), force, push)
             add_force(head, p.body_b, load(c.arm_b), scale(-1.0, force), push)
-    d, head.idle, w.edited = data_at(head.data, 0), 1 if w.spares == w.contact_room else 0, 0
+    d, head.idle = data_at(head.data, 0), 1 if w.spares == w.contact_room else 0
     state[LEFT] = end_checksum(head, d.qpos, d.qvel) if head.idle == 0 else 0.0
+    state[CONTENT] = as_float(types.uint64(head.content)) if head.idle == 0 else 0.0
     lost = write(w, state[head.row :])
     if lost > 0:
         report_once(head, notices.UNSAVED, float(lost))

@@ -68,7 +68,8 @@ def load_model(
             overlaps: "relax": geoms that overlap by more than a tenth of their radius, or by more than an impact at 5
                 m/s would compress them, initially or later, count as just touching there; those of the initial position
                 are named in a warning, and the two bodies of a weld or connect constraint among them do not touch.
-                "raise": an error instead. "keep": they are pressed together, without a warning.
+                "raise": an error instead. "keep": they are pressed together, without a warning; such bodies of a weld
+                or connect are an error.
 
     Raises:
         ValueError: The model cannot be read, or the law cannot serve a contact; the message names the geom.
@@ -178,7 +179,7 @@ def _compile_with_contacts(
         except ValueError as error:
             raise ValueError(f"contacts[{one.number}]: {error}") from None
     compiled = _compiled(spec)
-    if overlaps == "relax" and exclude_held(spec, compiled):
+    if overlaps != "raise" and exclude_held(spec, compiled, overlaps == "keep"):
         compiled = _compiled(spec)
     if isinstance(contacts, Mapping) and not instances_of(compiled):
         warnings.warn("contacts: no two geoms that may touch are both in the table", ContactWarning, stacklevel=3)

@@ -48,6 +48,14 @@ def frame_of(f, q):
 
 
 @jit
+def pose_in(f, coordinates):
+    """Return position and quaternion of a body, of its centre of mass and principal axes; coordinates: address."""
+    q = floats(coordinates, f.q, 7)
+    own, arm = frame_of(f, q)
+    return add(load(q), arm), product(own, f.frame)
+
+
+@jit
 def set_clearance(head, w, f):
     """Set how far a body may move until near pairs must be listed anew; its pairs reduce that, see `reduce_clearance`.
 
@@ -119,8 +127,9 @@ def read_free(head, f, known):
     if placed:
         b.placed = 1
         b.held[0] = np.nan  # it wakes
-    store(b.position, add(load(q), arm))
-    store4(b.quaternion, product(own, f.frame))
+    position, turn = pose_in(f, shifted(head.start, 1))
+    store(b.position, position)
+    store4(b.quaternion, turn)
     set_axes(b)
     spin = turn_by(own, (v[3], v[4], v[5]))
     store(b.spin, spin)

@@ -46,11 +46,14 @@ def report_initial_overlaps(model: mujoco.MjModel, refuse: bool) -> None:
     warnings.warn(f"{text}; they count as just touching", ContactWarning, stacklevel=4)
 
 
-def exclude_held(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
+def exclude_held(spec: mujoco.MjSpec, model: mujoco.MjModel, refuse: bool) -> bool:
     """Exclude contacts between the two bodies of a connect or weld constraint that are built into each other.
 
     The constraint holds them so, and there is no sensible normal along which they could push. Returns whether there are
     any such bodies.
+
+    Raises:
+        ValueError: There are some, and refuse is True.
     """
     weld, ends, said = model.body_weldid, list[set[int]](), dict[tuple[int, int], str]()
     fields = model.eq_type, model.eq_objtype, model.eq_obj1id, model.eq_obj2id
@@ -62,6 +65,9 @@ def exclude_held(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
         bodies = (int(model.geom_bodyid[geoms[0]]), int(model.geom_bodyid[geoms[1]]))
         if {int(weld[body]) for body in bodies} in ends:
             said.setdefault(bodies, text)
+    built = f"parts are built into each other: {first_of([*said.values()], NAMED, 'pairs')}"
+    if said and refuse:
+        raise ValueError(f"overlaps = 'keep': {built}; a weld or connect holds them so, leave them out by an <exclude>")
     every = list(spec.bodies) if said else []
     for bodies in said:
         names = []
@@ -70,8 +76,7 @@ def exclude_held(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
             names.append(body.name)
         spec.add_exclude(bodyname1=names[0], bodyname2=names[1])
     if said:
-        text = f"parts are built into each other: {first_of([*said.values()], NAMED, 'pairs')}"
-        warnings.warn(f"{text}; their bodies do not touch", ContactWarning, stacklevel=4)
+        warnings.warn(f"{built}; their bodies do not touch", ContactWarning, stacklevel=4)
     return bool(said)
 
 

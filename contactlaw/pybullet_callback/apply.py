@@ -4,12 +4,13 @@ from contactlaw.jit import jit, jit_inside
 from contactlaw.pybullet_callback import rows
 from contactlaw.pybullet_callback.read import read_accelerations
 from contactlaw.world.bodies.motion import set_axes, spin_rate
-from contactlaw.world.data.access import body_at, contact_at, world_at
+from contactlaw.world.data.access import body_at, contact_at, near_at, world_at
 from contactlaw.world.data.call import address, call_step, ready
 from contactlaw.world.data.demand import STEP
 from contactlaw.world.data.quaternion import load4, store4
 from contactlaw.world.data.records import CLOSED, FREE
 from contactlaw.world.data.vec import add, axpy, load, scale, share_of, store, sub
+from contactlaw.world.near.following import follow, may_follow, part
 from contactlaw.world.readout import doubts_of
 from contactlaw.world.sleep import is_at_rest
 from contactlaw.world.step import GROWING_ROOM
@@ -33,8 +34,21 @@ def finish_step(block):
         return rows.OTHERS if others > 0 else rows.UNKNOWN
     if not (ready(w, STEP) and call_step(address(w, STEP), w, head.dt, GROWING_ROOM)):
         return rows.NO_ROOM
+    end_near(head, w)
     done = write_bodies(head, w)
     return done if done > 0 or not is_at_rest(w) else rows.ASLEEP
+
+
+@jit_inside
+def end_near(head, w):
+    """Let free bodies that nothing has touched end the step where Bullet has them, if they touch nothing there."""
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        for i in (p.body_a, p.body_b):
+            if i > 0 and may_follow(body_at(w.bodies, i)):
+                position, turn = rows.flown(rows.row_at(head.rows, i - 1), head.dt)
+                follow(w, i, position, turn)
+    part(w)
 
 
 @jit_inside

@@ -30,7 +30,7 @@ from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
 from contactlaw.world.data.demand import PENDING_ERROR
 from contactlaw.world.data.frames import ALIKE
-from contactlaw.world.data.records import Arrays
+from contactlaw.world.data.records import EDITED, Arrays
 from contactlaw.world.step import step
 
 FRAME = p.WORLD_FRAME
@@ -136,6 +136,8 @@ class Bodies:
             if (mass > 0.0) != (k in self._heavy):
                 self.outdated = True
                 continue
+            if row["mass"] > 0.0:
+                self._state["edited"] = EDITED
             row["mass"], row["inertia"] = mass, inertia
             own["inverse_mass"] = 1.0 / mass if mass > 0.0 else 0.0
             own["inverse_inertia"] = np.divide(1.0, inertia, np.zeros(3), where=(mass > 0.0) & (inertia > 0.0))

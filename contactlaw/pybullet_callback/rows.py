@@ -12,16 +12,16 @@ have touched are written to PyBullet (`write_bodies`). The accelerations follow 
 not due to gravity and the push alone, Python is asked to read the pose too, and the mass of a body that was pushed.
 """
 
-from math import isfinite
+from math import cos, isfinite, pi, sin
 from typing import Any
 
 from contactlaw.jit import jit_inside
 from contactlaw.laws.record import record
 from contactlaw.memory import element, set_whole
 from contactlaw.world.bodies.motion import set_axes, spin_rate
-from contactlaw.world.data.quaternion import store4
+from contactlaw.world.data.quaternion import product, store4, unit
 from contactlaw.world.data.records import VECTOR
-from contactlaw.world.data.vec import axpy, load, store, to_body, to_world
+from contactlaw.world.data.vec import axpy, load, norm, scale, store, to_body, to_world
 
 MOTION = record(position=VECTOR, quaternion=("f8", (4,)), velocity=VECTOR, spin=VECTOR)
 """Pose and velocity as PyBullet gives them, quaternion scalar last."""
@@ -52,6 +52,7 @@ HEAD = record(
 )  # fmt: skip
 """Input of the compiled code (addresses, time step [s], gravity [m/s^2]) and its results."""
 
+MOST_TURN = 0.25 * pi  # [rad] in a step of Bullet
 EXACT = 1e-12  # relative difference that counts as rounding
 NOTED, LISTED, ASLEEP, FLAGS = 1, 2, 4, 8  # bits of `check_contacts`, and the first free one: see there
 NOT_FINITE, NO_ROOM, OTHERS, UNKNOWN = -1, -2, -3, -4  # of `finish_step`
@@ -96,6 +97,20 @@ def set_body(r, b, dt):
     lag = 0.5 * dt if r.pressed == 0 and r.mass > 0.0 else 0.0
     store(b.velocity, axpy(lag, load(b.acceleration), load(m.velocity)))
     store(b.spin, axpy(lag, spin_rate(b, load(m.spin)), load(m.spin)))
+
+
+@jit_inside
+def flown(r, dt):
+    """Return position [m] and quaternion, scalar first, to which Bullet's step has taken a body.
+
+    Its velocity after the step moves it, and turns it by MOST_TURN at most: `integrateTransform` of Bullet's
+    btTransformUtil, and `stepPositionsMultiDof` of its btMultiBody.
+    """
+    whole = scale(dt, load(r.after.spin))
+    half = 0.5 * min(norm(whole), MOST_TURN)
+    x, y, z = scale(0.5 * sin(half) / max(half, 1e-300), whole)
+    turn = unit((cos(half), x, y, z))
+    return axpy(dt, load(r.after.velocity), load(r.before.position)), product(turn, quaternion_of(r.before))
 
 
 @jit_inside

@@ -17,7 +17,7 @@ from contactlaw.pybullet_callback.trees import Tree
 from contactlaw.world import World
 from contactlaw.world.arrays import with_contacts_of
 from contactlaw.world.data.frames import IDENTITY
-from contactlaw.world.data.records import FREE, Arrays
+from contactlaw.world.data.records import EDITED, FREE, Arrays
 from contactlaw.world.readout import DOUBTFUL, Ledger, doubt_value, ledger, mean_impulses
 from contactlaw.world.shapes.description import tangent
 
@@ -199,6 +199,8 @@ class Scene:
         for one in self.bodies.trees:
             if one.body in before and before[one.body].v_size == one.v_size:
                 vars(one).update({name: getattr(before[one.body], name) for name in TREE_STATE})
+                if one.known != before[one.body].known:
+                    mine.world["edited"] = EDITED
         numbers: dict[int, int] = {}
         for key, shapes in old.shapes.items():
             if key not in self.shapes:
@@ -215,4 +217,5 @@ class Scene:
                     mine.bodies[i + 1][name] = theirs.bodies[j + 1][name]
                 if not same:
                     mine.bodies["held"][i + 1] = np.nan
+                    mine.world["edited"] = EDITED
         self.bodies.bind(with_contacts_of(mine, theirs, numbers))

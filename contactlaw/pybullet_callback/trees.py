@@ -27,6 +27,7 @@ from contactlaw.pybullet_callback.shapes import BASE, KINDS, PARENT, Key, pose_o
 from contactlaw.world import World
 from contactlaw.world.data.frames import CONJUGATE, IDENTITY, UNTURNED, Pose
 from contactlaw.world.data.records import AXIS, BALL, FREE_JOINT, HINGE, SLIDE, Array, Arrays
+from contactlaw.world.near.following import overlaps
 from contactlaw.world.trees.coordinates import carriers, matrix_of_factor, numbers, settle
 from contactlaw.world.trees.description import Joint, Part, records_of
 
@@ -228,13 +229,17 @@ class Tree:
         self._place(world, dt)
 
     def write_back(self, world: Arrays, dt: float, pressed: bool) -> None:
-        """Write the tree to PyBullet after the world's step, if a contact has touched it."""
+        """Write the tree to PyBullet after the world's step, if a contact has touched it, or see `near.following`."""
         self._bind(world)
         self.pressed, self.left = pressed, self.after[0]
+        q, v = self._q.copy(), self._v.copy()
         if not (self._asleep.any() or self._touched.any()):
-            self.push[:] = 0.0
-            return
-        self.left, v = self._q.copy(), self._v.copy()
+            self._put(world, *self.after)
+            if not overlaps(world.world, self.first + 1, len(self.heads)):
+                self.push[:] = 0.0
+                return
+            self._put(world, q, v)
+        self.left = q
         if not pressed:
             v -= 0.5 * dt * self._a
         self.write(self.left, v)

@@ -13,7 +13,7 @@ fly                   all bodies to the end of the step
 from contactlaw.jit import jit, jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import closing_at, fly, is_static, settle, update_momentum
-from contactlaw.world.contacts.pace import LEAST_STEP, stays_closed
+from contactlaw.world.contacts.pace import LEAST_STEP, stays_closed, update_masses
 from contactlaw.world.contacts.touch import release, release_if_put_deeper, update_geometry, update_initial_overlap
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at, tree_at
 from contactlaw.world.data.call import address, call_on_world, call_step, error_pending, ready
@@ -181,6 +181,7 @@ def finish(w, dt):
         check_margins(w, dt - now)
     for k in range(w.body_count):
         fly(body_at(w.bodies, k), dt)
+    w.edited = 0
 
 
 @jit_inside
@@ -221,6 +222,8 @@ def begin(w, dt):
             store(c.earlier, load(c.impulse))
             if p.closed != 0 and shape_at(w.shapes, p.b).kind == TANGENT:  # the engine has placed this plane anew
                 update_geometry(w, c)
+            if p.closed != 0 and w.edited != 0:
+                update_masses(c, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
 
 
 @jit_inside

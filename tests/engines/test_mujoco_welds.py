@@ -130,3 +130,19 @@ def test_a_base_that_is_moved_meets_what_only_turns_above_the_ground_otherwise(m
     data.qvel[0] = 100.0
     mujoco.mj_step(model, data, 10)
     assert (view_of(model, data).world["nears"] > 0) == mocap
+
+
+@pytest.mark.parametrize("kind", ["weld", "connect"])
+def test_overlaps_that_a_constraint_holds_are_not_kept(kind):
+    """Two steel boxes 70 mm deep in each other: the energy of that would end in numbers that are not finite."""
+    anchor = ' anchor="0 0 0"' if kind == "connect" else ""
+    boxes = "".join(
+        f'<body name="{name}" pos="{x} 0 .3"><freejoint/><geom name="{name}" type="box" size=".05 .05 .05"/></body>'
+        for name, x in (("left", 0.0), ("right", 0.03))
+    )
+    held = f'<equality><{kind} body1="left" body2="right"{anchor}/></equality>'
+    scene = f"<mujoco><worldbody>{boxes}</worldbody>{held}</mujoco>"
+    with pytest.raises(
+        ValueError, match="overlaps = 'keep': parts are built into each other: 'left' and 'right' by 70 mm"
+    ):
+        load_model(scene, [("*", "*", ContactPair("steel", "steel", 0.3, 0.9))], overlaps="keep")

@@ -49,14 +49,14 @@ BODY = record(
     time="f8",  # [s] since the step began, up to which it has been moved
     shift=VECTOR, twist=VECTOR,  # displacement [m] and rotation vector [rad] of its last substep
     pending_turn=VECTOR,  # rotation vector [rad] not yet applied to the quaternion
-    # 1: it is near something (window), or a closed contact presses on it (sleep, implicit step); 1: its step is over
-    active="i8", done="i8",
+    active="i8",  # 1: it is near something (window), or a closed contact presses on it (sleep, implicit step)
+    done="i8",  # 1: its step is over; FOLLOWS: and it is where the engine has it, see `near.following`
     unknown="i8",  # index of its first velocity among the unknowns of an implicit step; -1: none
     pause="i8", last_pause="i8",  # steps for which no implicit step is tried with it, < PAUSE_LIMIT: left, and in all
     still="i8",  # 1: nothing moves it within this step
     asleep="i8", held=VECTOR,  # acceleration when it fell asleep; in a tree see `trees.mobility.stop`
     changed="i8",  # 1: its velocity has changed, so that times of impact predicted with it no longer hold
-    touched="i8", placed="i8",  # 1: a contact has given it an impulse in this step; the user has moved it before
+    touched="i8", placed="i8",  # 1: its step ends as the world has it, as after any impulse; the user has moved it
     pressed="i8",  # 1: it is in contact, as found between two steps for engines' adapters, see `step.find_pressed`
     delta_v="f8",  # [m/s] by which impacts may change the velocity of its surface within a window, at most
     # [m] that its surface has moved in the substeps of a window, at most, and may in the next; see `watching.watch`
@@ -323,7 +323,7 @@ class Arrays(NamedTuple):
         roots: First bodies of the islands of a window.
         island_bodies, island_pairs: Members of one island.
         grid: Working memory of the broad phase.
-        saved_bodies: Two scratch bodies, then a copy of all bodies at the start of an implicit step.
+        saved_bodies: Two scratch bodies, then room for a copy of each body, see `access.save_body`.
         trees: Records.
         joints: Of all trees: coordinates, velocities, and all that is derived from them.
         rows: Contacts of an island that takes an implicit step.

@@ -1,0 +1,68 @@
+"""Where a body ends a step in which no contact has touched it: where the engine has it, if it can be there.
+
+Whether bodies touch is judged by their exact flight. Engines turn a body once a step, and leave one that turns by 0.6
+rad some 1e-3 of its size beside that. If it is inside another body there, the next step would give it the energy of an
+overlap that no motion has made. Such a body ends the step where its exact flight takes it.
+"""
+
+from contactlaw.jit import jit, jit_inside
+from contactlaw.world.bodies.motion import set_axes
+from contactlaw.world.data.access import body_at, near_at
+from contactlaw.world.data.quaternion import store4
+from contactlaw.world.data.saved import restore_body, save_body
+from contactlaw.world.data.vec import store
+from contactlaw.world.shapes.geometry import meet_near
+
+FOLLOWS = 2  # value of `BODY.done`: where the engine has the body
+
+
+@jit_inside
+def may_follow(b):
+    """Return whether a body is free and awake, and nothing has touched it in this step."""
+    return b.tree == 0 and b.inverse_mass != 0.0 and b.touched == 0 and b.asleep == 0 and b.done == 0
+
+
+@jit_inside
+def follow(w, i, position, turn):
+    """Put body i where the engine's step has taken it: position [m] of its centre of mass, quaternion of its axes."""
+    save_body(w, i)
+    b = body_at(w.bodies, i)
+    store(b.position, position)
+    store4(b.quaternion, turn)
+    set_axes(b)
+    b.done = FOLLOWS
+
+
+@jit_inside
+def part(w):
+    """Put bodies that `follow` has put into others back to where they fly in the world, and mark them as touched."""
+    found = True
+    while found:
+        found = False
+        for k in range(w.nears):
+            p = near_at(w.near, k)
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            if (a.done == FOLLOWS or b.done == FOLLOWS) and meet_near(w, p, a, b)[0] > 0.0:
+                found = True
+                put_back(w, p.body_a)
+                put_back(w, p.body_b)
+
+
+@jit_inside
+def put_back(w, i):
+    """Put body i back if it follows the engine."""
+    if body_at(w.bodies, i).done == FOLLOWS:
+        restore_body(w, i)
+        body_at(w.bodies, i).touched = 1
+
+
+@jit
+def overlaps(world, first, count):
+    """Return whether any of `count` bodies from a number on overlaps what it is near; world: array of one `WORLD`."""
+    w = world[0]
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        own = first <= p.body_a < first + count or first <= p.body_b < first + count
+        if own and meet_near(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))[0] > 0.0:
+            return True
+    return False
