@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -18,7 +20,9 @@ def test_what_becomes_heavier_at_the_greatest_overlap_leaves_with_the_restitutio
     """There it is at rest. How it goes on from there is the same for all masses, but for time, which goes as sqrt(m):
     it leaves at e v sqrt(m/M)."""
     pytest.importorskip(engine)
-    world = new_world(Settings(engine, timestep=PAIR.contact_duration(MASS, SPEED) / 200.0), (0.0, 0.0, 0.0), Tuning())
+    world: Any = new_world(
+        Settings(engine, timestep=PAIR.contact_duration(MASS, SPEED) / 200.0), (0.0, 0.0, 0.0), Tuning()
+    )
     world.ball("ball", RADIUS, MASS, [0.0, 0.0, RADIUS], [0.0, 0.0, -SPEED])
     world.plane("floor")
     world.contact("ball", "floor", PAIR)
