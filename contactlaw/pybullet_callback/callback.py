@@ -14,6 +14,7 @@ from contactlaw import checks
 from contactlaw.jit import INTERPRETED
 from contactlaw.pair import ContactPair, ContactWarning
 from contactlaw.pybullet_callback.contact import Contact, ContactState, sets_of
+from contactlaw.pybullet_callback.groups import set_groups
 from contactlaw.pybullet_callback.rows import LISTED, NOTED
 from contactlaw.pybullet_callback.scene import Saved, Scene
 from contactlaw.pybullet_callback.shapes import client_of, engine_parameters, read_sides
@@ -86,7 +87,7 @@ class ContactCallback:
     def add_contact(
         self, body_a: int | Sequence[int] | Sequence[tuple[int, int]],
         body_b: int | Sequence[int] | Sequence[tuple[int, int]], pair: ContactPair, link_a: int = -1, link_b: int = -1,
-        *, substeps: int = 100, rounding: float | None = None,
+        *, substeps: int = 100, rounding: float | None = None, groups: bool = False,
     ) -> int:  # fmt: skip
         """Let the law act between two bodies, or two sets of bodies, in place of the native response.
 
@@ -100,6 +101,11 @@ class ContactCallback:
                 that any contact asks for holds for all.
             rounding: Radius [m] of the edges of boxes and cylinders, and so of their contacts with flat shapes, see
                 docs/shapes.md; None: a tenth of the smallest half length of each.
+            groups: Whether to turn off Bullet's own response by collision groups, for sets of a thousand and more: one
+                call a body, where a rule for each pair takes some microseconds a pair. Groups and masks that you gave
+                these bodies are lost, and when the contact is removed they have Bullet's own; a link and its parent in
+                the sets do not touch, whatever the flags of the URDF. There are 25 groups, and each combination of sets
+                with common members needs one.
 
         Returns:
             A handle for the other methods.
@@ -118,19 +124,27 @@ class ContactCallback:
             there = other._client == self._client and all(map(other._tags.is_there, other._tags.bodies))
             known += [("a contact of another ContactCallback", one) for one in other._contacts.values() if there]
         sets, fixed = sets_of(self._client, a, b, pair, known)
-        contact = Contact(pair, checks.count("substeps", substeps, LEAST_SUBSTEPS), sides, sets, fixed, radius)
+        least, by_groups = checks.count("substeps", substeps, LEAST_SUBSTEPS), checks.truth("groups", groups)
+        contact = Contact(pair, least, sides, sets, fixed, radius, by_groups)
+        contact.ruled = {body for body in contact.bodies if not by_groups or self._tags.has_rules(body)}
         engine_parameters(self._client)
+        if by_groups:
+            set_groups(self._client, [*self._with_groups(), contact])
         handle = next(self._handles)
         self._change(self._contacts | {handle: contact})
-        contact.set_native(self._client, False, contact.bodies)
         self._tags.add(contact.bodies)
+        contact.set_rules(self._client, False, contact.ruled)
         return handle
 
     def remove_contact(self, handle: int) -> None:
         """Remove a contact and enable the native response of its pairs; its bodies may have been removed already."""
         contact = self._contact(handle)
         self._change({other: value for other, value in self._contacts.items() if other != handle})
-        contact.set_native(self._client, True, {body for body in contact.bodies if self._tags.is_there(body)})
+        there = {body for body in contact.bodies if self._tags.is_there(body)}
+        contact.set_rules(self._client, True, contact.ruled, there)
+        self._tags.note_rules(contact.ruled & there)
+        if contact.groups:
+            set_groups(self._client, self._with_groups(), [key for key in contact.sides if key[0] in there])
         for body in contact.bodies.difference(*(other.bodies for other in self._contacts.values())):
             self._tags.remove(body)
 
@@ -181,6 +195,7 @@ class ContactCallback:
         self._tags.check()
         for contact in self._contacts.values():
             contact.find_fixed(self._client)
+        set_groups(self._client, self._with_groups())
         self._change(self._contacts)
 
     def __call__(self) -> None:
@@ -246,6 +261,16 @@ class ContactCallback:
         self._old = self._made or self._old
         self._contacts, self._made, self._body_count = contacts, None, -1
         NEXT.pop(self._client, None)
+
+    def _with_groups(self) -> list[Contact]:
+        """Return the contacts with groups of all callbacks of this client, as far as their bodies are there."""
+        return [
+            one
+            for other in _ALL
+            if other._client == self._client
+            for one in other._contacts.values()
+            if one.groups and all(map(other._tags.is_there, one.bodies))
+        ]
 
     def _contact(self, handle: Any) -> Contact:
         if not isinstance(handle, int | np.integer) or handle not in self._contacts:

@@ -66,6 +66,8 @@ class Contact:
         sets: Which of them may touch, by body and link.
         fixed: Bodies that cannot move.
         rounding: Radius of edges [m]; None: see `world.shapes.description.ROUNDING`.
+        groups: Whether collision groups turn off Bullet's response (`groups`), rather than a rule for each pair.
+        ruled: Bodies whose pairs have a rule; rules go before groups, and can be changed but not removed.
         told: Pairs that have been warned of, and the text.
     """
 
@@ -75,20 +77,21 @@ class Contact:
     sets: Sets
     fixed: set[int]
     rounding: float | None = None
+    groups: bool = False
+    ruled: set[int] = field(default_factory=set)
     told: set[tuple[Key, Key, str]] = field(default_factory=set)
 
     def find_fixed(self, client: int) -> None:
         """Find anew which bodies cannot move: one that has been given a mass may touch others that cannot."""
-        fixed = _fixed(client, self.bodies)
-        if fixed != self.fixed:
-            self.fixed.clear()
-            self.fixed.update(fixed)
-            self.set_native(client, False, self.bodies)
+        changed = _fixed(client, self.bodies) ^ self.fixed
+        self.fixed ^= changed
+        self.ruled |= changed  # Bullet gives a body its own group when it gets a mass
+        self.set_rules(client, False, changed)
 
-    def set_native(self, client: int, enabled: bool, there: set[int]) -> None:
-        """Enable or disable Bullet's own response of its pairs, as far as both bodies are there."""
-        for one, two in self.sets.every():
-            if one[0] in there and two[0] in there:
+    def set_rules(self, client: int, enabled: bool, among: set[int], there: set[int] | None = None) -> None:
+        """Enable or disable Bullet's own response of pairs with a body of `among`, as far as both bodies are there."""
+        for one, two in self.sets.every(lambda key: key[0] in among):
+            if there is None or (one[0] in there and two[0] in there):
                 p.setCollisionFilterPair(one[0], two[0], one[1], two[1], int(enabled), client)
 
     @property

@@ -54,8 +54,7 @@ class Scene:
     ) -> None:
         self._client, self._contacts, self._handles = client, contacts, tuple(contacts)
         sides = {key: side for contact in contacts.values() for key, side in contact.sides.items()}
-        order = [key for key in old.shapes if key in sides] if old else []
-        order += [key for key in sides if key not in order] if old else list(sides)
+        order = dict.fromkeys([key for key in (old.shapes if old else ()) if key in sides] + list(sides))
         most = max([contact.substeps for contact in contacts.values()], default=100)
         self.world = World(0.0, substeps=most)
         self.shapes: dict[Key, list[int]] = {}
@@ -79,7 +78,7 @@ class Scene:
         if old:
             self._take_over(old)
 
-    def _add_side(self, side: Side, bodies: list[Key], trees: dict[int, Tree], there: list[int]) -> None:
+    def _add_side(self, side: Side, bodies: list[Key], trees: dict[int, Tree], there: set[int]) -> None:
         """Add a shape to the world, and its body unless it is there."""
         pose, row = IDENTITY, -1
         if side.body in there and p.getNumJoints(side.body, self._client) and can_move(self._client, side.body):

@@ -133,16 +133,16 @@ def read_sides(client: int, which: str, bodies: Any, link: Any) -> list[Side]:
     return list(sides.values())
 
 
-def bodies_of(client: int) -> list[int]:
+def bodies_of(client: int) -> set[int]:
     """Return the ids of all bodies of a client."""
-    return [p.getBodyUniqueId(i, client) for i in range(p.getNumBodies(client))]
+    return {p.getBodyUniqueId(i, client) for i in range(p.getNumBodies(client))}
 
 
 def _holds(value: Any) -> bool:
     return np.iterable(value) and not isinstance(value, str | bytes)
 
 
-def read_side(client: int, which: str, body: Any, link: Any, there: list[int]) -> Side:
+def read_side(client: int, which: str, body: Any, link: Any, there: set[int]) -> Side:
     """Check the ids of one side and read its shape; there: ids of all bodies; errors as for `read_sides`."""
     # checked first: PyBullet's getDynamicsInfo of a link that does not exist ends the process
     body = identity(f"body_{which}", body, there, "the bodies of this client")
@@ -210,7 +210,7 @@ def identity(name: str, value: Any, allowed: Any, what: str) -> int:
     except TypeError:
         number = None
     if number is None or isinstance(value, bool) or number not in allowed:
-        raise ValueError(f"{name} = {value!r}: must be one of {what}, {list(allowed)}")
+        raise ValueError(f"{name} = {value!r}: must be one of {what}, {sorted(allowed)}")
     return number
 
 

@@ -7,6 +7,7 @@ from itertools import count
 import pybullet as p
 
 _NAMES = count()
+RULES = "contactlaw rules"  # entry of a body with pairs that have kept a rule from a contact that was removed
 
 
 class Tags:
@@ -40,6 +41,15 @@ class Tags:
     def is_there(self, body: int) -> bool:
         """Return whether a body is still the one that was tagged."""
         return body in self.bodies and p.getUserData(self.bodies[body], self._client) == self.text
+
+    def note_rules(self, bodies: set[int]) -> None:
+        """Note that pairs of bodies keep rules of setCollisionFilterPair, which can be changed but not removed."""
+        for body in bodies:
+            p.addUserData(body, RULES, RULES, physicsClientId=self._client)
+
+    def has_rules(self, body: int) -> bool:
+        """Return whether `note_rules` has noted a body."""
+        return p.getUserDataId(body, RULES, physicsClientId=self._client) >= 0
 
     def _find_first(self) -> None:
         self.first = partial(p.getUserData, next(iter(self.bodies.values()), -1), self._client)

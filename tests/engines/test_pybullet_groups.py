@@ -1,0 +1,104 @@
+"""Bullet's own response turned off by collision groups: for the pairs of the contacts, and for no others."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from pybullet_scenes import RADIUS, ball, p, pair_of, plane, step, velocities
+
+from contactlaw.pybullet_callback import ContactCallback
+
+
+def native_pairs(client: int, bodies: list[int]) -> set[tuple[int, int]]:
+    """The pairs of bodies at one place that Bullet finds in contact."""
+    p.performCollisionDetection(client)
+    return {(a, b) for a, b in combinations(bodies, 2) if p.getContactPoints(a, b, physicsClientId=client)}
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_just_the_pairs_of_the_contacts_are_turned_off(client: int, seed: int) -> None:
+    """Random sets with common members, in two callbacks, and one contact with rules; each removal gives pairs back."""
+    rng = np.random.default_rng(seed)
+    free = [ball(client, [1e-3 * i, 0, RADIUS - 1e-3]) for i in range(9)]
+    bodies = [*free, plane(client), plane(client)]
+    before = native_pairs(client, bodies)
+    assert len(before) == 9 * 8 / 2 + 9 * 2
+    callbacks, added, held = (ContactCallback(client), ContactCallback(client)), {}, {}
+    for number in range(12):
+        ones, twos = (rng.choice(bodies, int(rng.integers(1, 5)), replace=False).tolist() for _ in range(2))
+        callback = callbacks[int(rng.integers(2))]
+        try:
+            handle = callback.add_contact(ones, twos, pair_of(radius=0.01), groups=number % 4 < 3)
+        except ValueError:  # the two sets hold a pair of another contact, or no pair that may touch
+            continue
+        added[callback, handle] = {(a, b) for a, b in before if (a in ones and b in twos) or (b in ones and a in twos)}
+        held = set[tuple[int, int]]().union(*added.values())
+        assert native_pairs(client, bodies) == before - held
+    assert len(added) > 2
+    for callback, handle in list(added):
+        callback.remove_contact(handle)
+        del added[callback, handle]
+        assert native_pairs(client, bodies) == before - set[tuple[int, int]]().union(*added.values())
+
+
+def test_it_takes_no_rule_a_pair(client: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    floor, balls = plane(client), [ball(client, [0.1 * i, 0, 1]) for i in range(60)]
+    calls, own = [], p.setCollisionFilterGroupMask
+    monkeypatch.setattr(p, "setCollisionFilterPair", lambda *a: pytest.fail("a rule"))
+    monkeypatch.setattr(p, "setCollisionFilterGroupMask", lambda *a: calls.append(own(*a)))
+    ContactCallback(client).add_contact(balls, [*balls, floor], pair_of(), groups=True)
+    assert len(calls) == 61
+
+
+@pytest.mark.parametrize(("before", "steps"), [(0, 3), (0, 40), (2, 1), (2, 40), (2, 0)])
+def test_a_body_held_by_zero_mass_has_the_law_alone_when_it_is_let_go(client: int, before: int, steps: int) -> None:
+    """Bullet puts a body that gets a mass into its own group again; its contact here does not bounce."""
+    floor, held = plane(client), ball(client, [0, 0, 0.1])
+    others = [ball(client, [0.2 + 0.1 * i, 0, RADIUS]) for i in range(2)]
+    callback = ContactCallback(client)
+    callback.add_contact([held, *others], [held, *others, floor], pair_of(restitution=1.0), groups=True)
+    p.setGravity(0, 0, -9.81, client)
+    step(callback, before)
+    p.resetBaseVelocity(held, [0, 0, 0], physicsClientId=client)
+    p.changeDynamics(held, -1, mass=0.0, physicsClientId=client)
+    step(callback, steps)
+    step(callback, before)
+    p.resetBaseVelocity(held, [0, 0, 0], physicsClientId=client)
+    p.changeDynamics(held, -1, mass=0.5, localInertiaDiagonal=[0.2 * RADIUS**2] * 3, physicsClientId=client)
+    if steps == 0:  # no step could show it
+        callback.look()
+    speeds = []
+    for _ in range(60):
+        step(callback)
+        speeds.append(velocities(client, held)[0][2])
+    assert max(speeds) == pytest.approx(-min(speeds), rel=0.06) and max(speeds) > 1.1
+
+
+def test_groups_that_run_out_are_an_error_and_change_nothing(client: int) -> None:
+    balls = [ball(client, [0, 0, 0.06 * i]) for i in range(60)]
+    callback = ContactCallback(client)
+    for i in range(0, 24, 2):
+        callback.add_contact(balls[i], balls[i + 1], pair_of(), groups=True)
+    with pytest.raises(ValueError, match=r"groups: .* 26 different combinations of sets, and PyBullet has 25"):
+        callback.add_contact(balls[40], balls[41], pair_of(), groups=True)
+    handle = callback.add_contact(balls[40], balls[41], pair_of())
+    callback.remove_contact(0)
+    callback.remove_contact(handle)
+    callback.add_contact(balls[40], balls[41], pair_of(), groups=True)
+    with pytest.raises(ValueError, match="groups = 1"):
+        callback.add_contact(balls[50], balls[51], pair_of(), groups=1)  # type: ignore[arg-type]
+
+
+def test_after_reset_simulation_the_sets_may_be_added_again(client: int) -> None:
+    callback = ContactCallback(client)
+    for _ in range(2):
+        floor, body, beside = plane(client), ball(client, [0, 0, RADIUS + 1e-3]), ball(client, [0.2, 0, RADIUS - 1e-3])
+        p.setGravity(0, 0, -9.81, client)
+        callback.add_contact([body], [floor], pair_of(restitution=0.5), groups=True)
+        step(callback, 60)
+        assert velocities(client, body)[0][2] == 0.0
+        assert native_pairs(client, [floor, body, beside]) == {(floor, beside)}
+        p.resetSimulation(client)
+        callback.remove_all()
