@@ -196,6 +196,9 @@ def take_substeps(w, root, bodies, pairs, t, now, until):
         review = going and shorter < (NEVER if closed <= w.crowd else LEAST_CHANGE * next_h)
         if review or (going and since_review == BLOCK):
             target = max(min(substep_length(w, watched, t), left), shortest)
+            if joints and target > next_h and not may_keep(target, next_h):
+                watched, renew = list_pairs(w, root), True  # the others were left out for substeps as long as these
+                target = max(min(substep_length(w, watched, t), left), shortest)
             going = not is_lost(w, bodies, until - now)
             if not may_keep(target, next_h):
                 next_h = left / ceil(left / target - 1e-9)
