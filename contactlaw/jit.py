@@ -290,12 +290,43 @@ Such functions release the GIL, so several threads may run one at once."""
 INTERPRETED = bool(getattr(numba, "config").DISABLE_JIT)  # noqa: B009  (NUMBA_DISABLE_JIT)
 
 
+@contextmanager
+def _one_function(function: Any) -> Iterator[None]:
+    """Inline the native function of a C function into its wrapper: numba keeps it apart, and arguments are copied."""
+    context: Any = cpu_target.target_context
+    convention: Any = type(context.call_conv)
+    wrap, call = context.create_cfunc_wrapper, convention.call_function
+
+    def call_inlined(*args: Any, attrs: Any) -> Any:
+        return call(*args, attrs=("alwaysinline",))
+
+    def create_cfunc_wrapper(library: Any, fndesc: Any, env: Any, call_helper: Any) -> None:
+        if (fndesc.modname, fndesc.qualname) != (function.__module__, function.__qualname__):  # one that it calls
+            return wrap(library, fndesc, env, call_helper)
+        convention.call_function = call_inlined
+        try:
+            wrap(library, fndesc, env, call_helper)
+        finally:
+            convention.call_function = call
+        library._final_module.get_function(fndesc.llvm_func_name).linkage = "internal"
+
+    context.create_cfunc_wrapper = create_cfunc_wrapper
+    try:
+        yield
+    finally:
+        del context.create_cfunc_wrapper
+
+
 class _Compiled(CFunc):
     """A C function that reports when it is compiled rather than read from the cache."""
 
     _cache: Any
 
     def _compile_uncached(self) -> Any:
+        with _one_function(self.__wrapped__):
+            return self._compile_and_report()
+
+    def _compile_and_report(self) -> Any:
         if len(_report.subjects) == 1 and not isinstance(self._cache, Cache):  # a user's law takes a second or less
             return super()._compile_uncached()  # type: ignore[misc]
         _report.begin()

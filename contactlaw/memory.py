@@ -12,6 +12,7 @@ import numba
 import numpy as np
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.extending import intrinsic
 
 _INT64 = ir.IntType(64)
@@ -67,6 +68,20 @@ def _store_int64(context: Any, builder: Any, _: Any, values: Any) -> Any:
     return context.get_dummy_value()
 
 
+def _copy_wholes(context: Any, builder: Any, _: Any, values: Any) -> Any:
+    source, target = _pointer(builder, values), _pointer(builder, values[1:])
+    cgutils.raw_memmove(builder, target, source, values[2], 8)
+    return context.get_dummy_value()
+
+
+def _same_wholes(_: Any, builder: Any, __: Any, values: Any) -> Any:
+    places = [_pointer(builder, values[i:], ir.IntType(8)) for i in range(2)]
+    kind = ir.FunctionType(ir.IntType(32), [places[0].type, places[1].type, _INT64])
+    compare = cgutils.get_or_insert_function(builder.module, kind, "memcmp")
+    differ = builder.call(compare, [*places, builder.mul(values[2], ir.Constant(_INT64, 8))])
+    return builder.icmp_signed("==", differ, ir.Constant(ir.IntType(32), 0))
+
+
 load_int: Any = _intrinsic_of(
     types.int32(types.uint64), lambda _, b, __, values: b.load(_pointer(b, values, ir.IntType(32)))
 )
@@ -84,3 +99,9 @@ whole_at: Any = _intrinsic_of(
 
 set_whole: Any = _intrinsic_of(types.none(types.uint64, types.int64, types.int64), _store_int64)
 """Write an element of an array of int64; arguments: address, index, value."""
+
+copy_wholes: Any = _intrinsic_of(types.none(types.uint64, types.uint64, types.int64), _copy_wholes)
+"""Copy numbers of eight bytes; arguments: addresses of source and target, count."""
+
+same_wholes: Any = _intrinsic_of(types.boolean(types.uint64, types.uint64, types.int64), _same_wholes)
+"""Return whether numbers of eight bytes at two addresses are the same to the bit; arguments: addresses, count."""

@@ -31,34 +31,38 @@ allocate.argtypes, allocate.restype = [ctypes.c_size_t, ctypes.c_size_t], ctypes
 free.argtypes, free.restype = [ctypes.c_void_p], None
 
 HEAD = record(
-    leads="i8", own_size="i8",  # the latter: doubles of the instance in plugin_state
-    world="u8", tree_stage="u8", tree_force="u8",  # addresses of its `records.WORLD`, `trees.serve` and `trees.press`
-    report="u8", address="u8",  # addresses of the function for reports, and of this record
-    state="i8", row="i8",  # where its part of plugin_state begins, and in it the state of the world
+    # what every step needs comes first, in a few lines of the processor's cache
+    leads="i8",
+    model="u8", data="u8",  # of the present call
+    newest="i8", recent="u8",  # which is the newest of the states of the last calls of compute, and their address
     nq="i8", nv="i8",
-    recent="u8", newest="i8",  # address of the states of the last calls of compute, and which is the newest
+    state="i8", token="f8",  # where its part of plugin_state begins; token of the state that the world is in
+    calm="i8",  # how the last step went, see `callbacks.move_world`
+    idle="i8",  # the world has no contacts
+    sense="u8",  # address of `sense`, 0: no sensors
+    world="u8",  # address of its `records.WORLD`
+    start="u8",  # address of the state at the start of the step
     left="u8",  # of the state at the end of the last step: time, coordinates, velocities; then qacc if all slept
     given="u8",  # address of the generalised force (nv,) that compute gave last
+    step_size="f8",
+    frees="u8", free_count="i8", mocap_count="i8", tree_count="i8",
     # ranges of the numbers that are compared, how many, and how many of these are of heights; copies: see `edits`
     ranges="u8", range_count="i8", height_ranges="i8", watched="u8",
-    # sensors: address of `sense`, 0: none; whether it is running; whether for means; room; for each shape the centre
-    # of mass of its body in the frame of its geom
-    sense="u8", sensing="i8", averages="i8", loads="u8", body_count="i8", sensors="u8", sensor_count="i8", centres="u8",
-    frees="u8", free_count="i8", mocaps="u8", mocap_count="i8", trees="u8", tree_count="i8",
+    mocaps="u8", trees="u8",
+    own_size="i8", row="i8",  # doubles of the instance in plugin_state; where in them the state of the world begins
+    tree_stage="u8", tree_force="u8",  # addresses of `trees.serve` and `trees.press`
+    report="u8", address="u8",  # addresses of the function for reports, and of this record
+    # sensors: whether they are running; whether for means; room; for each shape the centre of mass of its body in the
+    # frame of its geom
+    sensing="i8", averages="i8", loads="u8", body_count="i8", sensors="u8", sensor_count="i8", centres="u8",
     # for each velocity its place in its tree, then the number of that, -1: none; then what `JOINTED` has places of
     places="u8",
-    token="f8",  # of the state that the world is in
-    idle="i8",  # the world has no contacts
-    calm="i8",  # how the last step went, see `callbacks.move_world`
     signature="u8", content="u8",  # hashes of the model: of its sizes and names; of all numbers that the law reads
     geoms="u8",  # address of the geom of each shape of the world
     reported="u8",  # address of the codes that have been reported of each instance, for all mjData: see `notices`
     about="i8", about_a="i8", about_b="i8",  # instance and geoms of the present report; -1: none
-    # within a step
-    model="u8", data="u8",
-    start="u8",  # address of the state at its start
     lag="f8",  # [s] by which velocities of the engine are behind its coordinates
-    step_size="f8", gravity=VECTOR,
+    gravity=VECTOR,
 )  # fmt: skip
 """Head of a block."""
 

@@ -12,7 +12,7 @@ import numpy as np
 from numba import types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import c_callback
-from contactlaw.memory import whole_at
+from contactlaw.memory import copy_wholes, same_wholes, whole_at
 from contactlaw.mujoco_plugin import free, layout, notices
 from contactlaw.mujoco_plugin.block import (
     CONTENT,
@@ -47,7 +47,7 @@ from contactlaw.world.near.following import follow, may_follow, part
 from contactlaw.world.sleep import is_at_rest
 from contactlaw.world.state import forget_motion, unused_span, write
 from contactlaw.world.step import FIND_PRESSED, FIXED_ROOM
-from contactlaw.world.trees.mobility import clear, copy
+from contactlaw.world.trees.mobility import clear
 
 LARGEST = 1e100  # [N], forces beyond are not applied: the engine's results would not be finite
 EDITED, MOVED, CALM, ASLEEP, REPEATED = -1, 0, 1, 2, 3  # how a step went, see `move_world` and `step_world`
@@ -67,7 +67,9 @@ def move_world(head, w, state):
 
     Returns ASLEEP if all bodies go on sleeping; EDITED, before any step, if the model of a calm world has been edited.
     """
-    w.step = head.step_size
+    m, w.step = model_at(head.model, 0), head.step_size
+    head.lag = 0.0 if m.opt.integrator == layout.RUNGE_KUTTA else 0.5 * m.opt.timestep
+    store(head.gravity, (0.0, 0.0, 0.0) if m.opt.disableflags & layout.NO_GRAVITY else load(m.opt.gravity))
     known = head.mocap_count == 0 and w.stale != 0
     known = known and state[LEFT] == end_checksum(head, shifted(head.start, 1), shifted(head.start, 1 + head.nq))
     for i in range(head.free_count):
@@ -78,7 +80,7 @@ def move_world(head, w, state):
     if head.tree_count == 0 and head.mocap_count == 0 and is_at_rest(w):
         for i in range(head.free_count):
             free.write_free(head, free_at(head.frees, i), state[PUSH + head.nv :])
-        copy(floats(data_at(head.data, 0).qacc, 0, head.nv), floats(head.left, 1 + head.nq + head.nv, head.nv))
+        copy_wholes(data_at(head.data, 0).qacc, shifted(head.left, 1 + head.nq + head.nv), head.nv)
         return ASLEEP
     if head.calm != 0 and is_edited(head):
         return EDITED
@@ -111,9 +113,8 @@ def step_world(head):
     w = world_at(head.world, 0)
     find_start(head)
     if head.calm == ASLEEP and sleeps_on(head):
-        pushes = floats(data_at(head.data, 0).plugin_state, head.state + PUSH + head.nv, head.nv)
         for i in range(head.free_count):
-            free.write_free(head, free_at(head.frees, i), pushes)
+            free.hold_free(head, free_at(head.frees, i))
         return REPEATED
     state = load_state(head)
     return CALM if w.stale == 0 and all_stay_clear(head, w) else move_world(head, w, state)
@@ -122,10 +123,9 @@ def step_world(head):
 @jit
 def sleeps_on(head):
     """Return whether a step in which all slept is repeated: from the same state with the same accelerations."""
-    d, kept, differ = data_at(head.data, 0), shifted(head.left, 1 + head.nq + head.nv), 0
-    for i in range(head.nv):
-        differ |= whole_at(d.qacc, i) ^ whole_at(kept, i)
-    same = differ == 0 and free.same_as_left(head, 0, head.nq, 0, head.nv)
+    d, q_and_v = data_at(head.data, 0), head.nq + head.nv
+    same = same_wholes(d.qacc, shifted(head.left, 1 + q_and_v), head.nv)
+    same = same and same_wholes(shifted(head.start, 1), shifted(head.left, 1), q_and_v)
     return same and floats(d.plugin_state, head.state, 1)[TOKEN] == head.token
 
 
@@ -182,8 +182,6 @@ def find_start(head):
     if floats(head.start, 0, 1)[0] + m.opt.timestep != data_at(head.data, 0).time:
         head.start = last_state(head, STARTS - 1)
     head.step_size = m.opt.timestep
-    head.lag = 0.0 if m.opt.integrator == layout.RUNGE_KUTTA else 0.5 * m.opt.timestep
-    store(head.gravity, (0.0, 0.0, 0.0) if m.opt.disableflags & layout.NO_GRAVITY else load(m.opt.gravity))
 
 
 @jit
@@ -191,8 +189,8 @@ def save_state(head, state):
     """Save time, coordinates and velocities of mjData at an address."""
     d, q, v = data_at(head.data, 0), head.nq, head.nv
     floats(state, 0, 1)[0] = d.time
-    copy(floats(d.qpos, 0, q), floats(state, 1, q))
-    copy(floats(d.qvel, 0, v), floats(state, 1 + q, v))
+    copy_wholes(d.qpos, shifted(state, 1), q)
+    copy_wholes(d.qvel, shifted(state, 1 + q), v)
 
 
 @jit
@@ -311,12 +309,12 @@ def compute(m, d, instance, capability):
     head.newest = (head.newest + 1) % STARTS
     save_state(head, last_state(head))
     d = data_at(head.data, 0)
-    if head.calm * head.idle != 0 and floats(d.plugin_state, head.state, 1)[TOKEN] == head.token:
-        return  # no contact presses, and `given` is zero already
-    push, given = floats(d.plugin_state, head.state + PUSH, head.nv), floats(head.given, 0, head.nv)
+    state, given = floats(d.plugin_state, head.state, head.own_size), floats(head.given, 0, head.nv)
+    known = head.calm != 0 and state[TOKEN] == head.token  # `given` is what it was in the last step
+    for i in range(0 if known else head.nv):
+        given[i] = state[PUSH + i] if abs(state[PUSH + i]) < LARGEST else 0.0
     passive = floats(d.qfrc_passive, 0, head.nv)
-    for i in range(head.nv):
-        given[i] = push[i] if abs(push[i]) < LARGEST else 0.0
+    for i in range(0 if known and head.idle != 0 else head.nv):  # of an idle world it is zero
         passive[i] += given[i]
 
 

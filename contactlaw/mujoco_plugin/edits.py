@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contactlaw.memory import whole_at
+from contactlaw.memory import same_wholes, whole_at
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import TOKEN, floats, shifted
 from contactlaw.mujoco_plugin.layout import data_at, jit
 
 OF_BODIES = ("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia")
 BITS = "geom_contype", "geom_conaffinity"
-OF_GEOMS = (*BITS, "geom_type", "geom_size", "geom_pos", "geom_quat", "geom_friction")
+OF_GEOMS = ("geom_type", *BITS, "geom_size", "geom_pos", "geom_quat", "geom_friction")
 OF_FIELDS = ("hfield_size", "hfield_data")
 OF_ALL = ("jnt_pos", "jnt_axis", "dof_armature", "dof_damping", OF_FIELDS[0])
 MAX_GAP = 32  # doubles between two ranges that are compared as one: quicker than to begin another range
@@ -86,11 +86,11 @@ def is_edited(head):
     """Return whether any watched number differs from its copy; heights count where an episode begins."""
     d = data_at(head.data, 0)
     goes_on = d.time != 0.0 and floats(d.plugin_state, head.state, 1)[TOKEN] == head.token
-    differ, kept = 0, head.watched
+    kept = head.watched
     for i in range(head.range_count - head.height_ranges if goes_on else head.range_count):
         start = shifted(whole_at(head.model, whole_at(head.ranges, 3 * i)), whole_at(head.ranges, 3 * i + 1))
         count = whole_at(head.ranges, 3 * i + 2)
-        for k in range(count):
-            differ |= whole_at(start, k) ^ whole_at(kept, k)
+        if not same_wholes(start, kept, count):
+            return True
         kept = shifted(kept, count)
-    return differ != 0
+    return False

@@ -14,7 +14,7 @@ from math import sqrt
 
 import numpy as np
 
-from contactlaw.memory import whole_at
+from contactlaw.memory import copy_wholes, same_wholes
 from contactlaw.mujoco_plugin.block import floats, free_at, shifted
 from contactlaw.mujoco_plugin.layout import data_at, jit
 from contactlaw.world.bodies.motion import set_axes, spin_change, spin_rate, update_momentum
@@ -23,7 +23,6 @@ from contactlaw.world.data.access import body_at, world_at
 from contactlaw.world.data.quaternion import load4, product, store4, turn_by
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, share_of, store, sub
 from contactlaw.world.shapes.geometry import meet_near
-from contactlaw.world.trees.mobility import clear, copy
 
 
 @jit
@@ -176,12 +175,9 @@ def origin_acceleration(b, arm):
 @jit
 def same_as_left(head, q, q_size, v, v_size):
     """Return whether some coordinates and velocities, from q and v on, are still those at the end of the last step."""
-    differ = 0
-    for first, size in ((1 + q, q_size), (1 + head.nq + v, v_size)):
-        now, left = shifted(head.start, first), shifted(head.left, first)
-        for i in range(size):
-            differ |= whole_at(now, i) ^ whole_at(left, i)
-    return differ == 0
+    first = 1 + head.nq + v
+    same = same_wholes(shifted(head.start, 1 + q), shifted(head.left, 1 + q), q_size)
+    return same and same_wholes(shifted(head.start, first), shifted(head.left, first), v_size)
 
 
 @jit
@@ -192,6 +188,16 @@ def axes_of(b, f):
 
 
 @jit
+def hold_free(head, f):
+    """Set a body back to where it was at the start of the step, at rest."""
+    d = data_at(head.data, 0)
+    copy_wholes(shifted(head.start, 1 + f.q), shifted(d.qpos, f.q), 7)
+    v = floats(d.qvel, f.v, 6)
+    for i in range(6):
+        v[i] = 0.0
+
+
+@jit
 def write_free(head, f, pushes_io):
     """Write position and velocity of a body that a contact has touched, or that sleeps, to mjData.
 
@@ -199,13 +205,12 @@ def write_free(head, f, pushes_io):
     touched.
     """
     b, d = body_at(world_at(head.world, 0).bodies, f.body), data_at(head.data, 0)
-    q, v = floats(d.qpos, f.q, 7), floats(d.qvel, f.v, 6)
     if b.asleep != 0:
-        copy(floats(head.start, 1 + f.q, 7), q)
-        clear(v)
+        hold_free(head, f)
         return
     if b.touched == 0:
         return
+    q, v = floats(d.qpos, f.q, 7), floats(d.qvel, f.v, 6)
     own, arm = axes_of(b, f)
     velocity, spin = sub(load(b.velocity), cross(load(b.spin), arm)), load(b.spin)
     push, moment = sub(load(b.acceleration), load(head.gravity)), load(b.torque)
