@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from numba import types
 
 from contactlaw import jit
-from contactlaw.jit import INTERPRETED
+from contactlaw.jit import CALLBACKS, INTERPRETED, address_of
 
 SOURCE = """
 import sys
@@ -50,3 +52,18 @@ def test_a_compilation_is_told_of_once(monkeypatch) -> None:
         said.end()
     (first,) = stream.getvalue().splitlines()
     assert first.startswith("contactlaw: compiling kernels: some seconds, once")
+
+
+def harmonic_sum(count):
+    """Return 1 + 1/2 + ... + 1/count."""
+    total = 0.0
+    for i in range(1, int(count) + 1):
+        total += 1.0 / i
+    return total
+
+
+@pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
+def test_a_c_function_is_one_function() -> None:
+    address_of(harmonic_sum, types.float64(types.float64), ours=False)
+    assert CALLBACKS[-1].ctypes(2.0) == 1.5
+    assert len(re.findall("^define .*harmonic_sum", CALLBACKS[-1].inspect_llvm(), re.M)) == 1
