@@ -67,7 +67,7 @@ def move_world(head, w, state):
 
     Returns ASLEEP if all bodies go on sleeping; EDITED, before any step, if the model of a calm world has been edited.
     """
-    m, w.step = model_at(head.model, 0), head.step_size
+    m, w.step, w.age = model_at(head.model, 0), head.step_size, 0
     head.lag = 0.0 if m.opt.integrator == layout.RUNGE_KUTTA else 0.5 * m.opt.timestep
     store(head.gravity, (0.0, 0.0, 0.0) if m.opt.disableflags & layout.NO_GRAVITY else load(m.opt.gravity))
     known = head.mocap_count == 0 and w.stale != 0
@@ -244,6 +244,8 @@ def store_state(head, w, state):
             force = scale(free.mean_share(c, head.step_size), load(c.force))
             add_force(head, p.body_a, load(c.arm_a), force, push)
             add_force(head, p.body_b, load(c.arm_b), scale(-1.0, force), push)
+    for i in range(head.free_count):
+        free.turn_moment(head, free_at(head.frees, i), push)
     d, head.idle = data_at(head.data, 0), 1 if w.spares == w.contact_room else 0
     state[LEFT] = end_checksum(head, d.qpos, d.qvel) if head.idle == 0 else 0.0
     state[CONTENT] = as_float(types.uint64(head.content)) if head.idle == 0 else 0.0
@@ -257,10 +259,13 @@ def store_state(head, w, state):
 
 @jit
 def add_force(head, body, arm, force, push_io):
-    """Add a force on a body of the world [N], at an arm [m] from its centre of mass, to the generalised force."""
+    """Add a force on a body of the world [N], at an arm [m] from its centre of mass, to the generalised force.
+
+    Of a free body the moment is left about its centre of mass, in the world frame, see `free.turn_moment`.
+    """
     b = body_at(world_at(head.world, 0).bodies, body)
     if 0 < body <= head.free_count:
-        free.press_free(b, free_at(head.frees, body - 1), arm, force, push_io)
+        free.press_free(free_at(head.frees, body - 1), arm, force, push_io)
     elif b.tree != 0:
         call_press(head.tree_force, head.address, b, arm, force, push_io.ctypes.data)
 

@@ -21,6 +21,7 @@ from contactlaw.world.bodies.motion import set_axes, spin_change, spin_rate, upd
 from contactlaw.world.contacts.force import is_quasi_static
 from contactlaw.world.data.access import body_at, world_at
 from contactlaw.world.data.quaternion import load4, product, store4, turn_by
+from contactlaw.world.data.records import AGED
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, share_of, store, sub
 from contactlaw.world.shapes.geometry import meet_near
 
@@ -111,7 +112,8 @@ def read_free(head, f, known):
     known: all bodies are as a step has left them, perhaps one of another mjData. A sleeping body is read only if it is
     not where it fell asleep; then it wakes.
     """
-    b = body_at(world_at(head.world, 0).bodies, f.body)
+    w = world_at(head.world, 0)
+    b = body_at(w.bodies, f.body)
     q, v = state_of(head, head.start, f)
     own, arm = frame_of(f, q)
     push, moment = outer_force(head, f, own, arm)
@@ -121,9 +123,10 @@ def read_free(head, f, known):
     if same and b.asleep != 0 and b.touched == 0:
         return
     placed = not (known or same)
-    if placed or b.oriented != 0:  # the rounding of the flight of an oriented body depends on when the list was made
-        world_at(head.world, 0).stale = 1
+    if b.oriented != 0:  # the rounding of its flight depends on when its near pairs are predicted
+        w.age, w.stale = AGED, max(w.stale, f.unguarded)
     if placed:
+        w.stale = 1
         b.placed = 1
         b.held[0] = np.nan  # it wakes
     position, turn = pose_in(f, shifted(head.start, 1))
@@ -245,10 +248,20 @@ def mean_share(c, dt):
 
 
 @jit
-def press_free(b, f, arm, force, push_io):
-    """Add a force on a body [N], at an arm [m] from its centre of mass, to the generalised force."""
-    own, centre = axes_of(b, f)
-    moment = turn_by(conjugate(own), cross(add(arm, centre), force))
+def press_free(f, arm, force, push_io):
+    """Add a force on a body [N], at an arm [m] from its centre of mass, and its moment about that to `push_io`."""
+    moment = cross(arm, force)
     for i in range(3):
         push_io[f.v + i] += force[i]
         push_io[f.v + 3 + i] += moment[i]
+
+
+@jit
+def turn_moment(head, f, push_io):
+    """Refer the moment of a body in `push_io` to the origin and the axes of its frame, as generalised forces are."""
+    b = body_at(world_at(head.world, 0).bodies, f.body)
+    if b.pressed == 0:
+        return
+    own, centre = axes_of(b, f)
+    moment = add(load(push_io[f.v + 3 :]), cross(centre, load(push_io[f.v :])))
+    store(push_io[f.v + 3 :], turn_by(conjugate(own), moment))

@@ -1,8 +1,9 @@
 """One step of a world: the sequence that engines' adapters and `World` share.
 
 begin                 prepare the step; list near pairs anew if bodies may have left their margins
-plan_window           predict times of impact; length of the next window from the shortest impact that is going on
+predict_all           times of impact
 take_implicit_steps   islands of persistent contacts go to the end of the step at once (`implicit`)
+plan_window           length of the next window from the shortest impact that is going on
 activate              pairs that are closed, or that could close in the window
 list_islands          bodies that these pairs join
 integrate             each island through the window
@@ -13,13 +14,13 @@ fly                   all bodies to the end of the step
 from contactlaw.jit import jit, jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import closing_at, fly, is_static, settle, update_momentum
-from contactlaw.world.contacts.pace import LEAST_STEP, stays_closed, update_masses
+from contactlaw.world.contacts.pace import LEAST_STEP, contact_duration, stays_closed, update_masses
 from contactlaw.world.contacts.touch import release, release_if_put_deeper, update_geometry, update_initial_overlap
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at, tree_at
 from contactlaw.world.data.call import address, call_on_world, call_step, error_pending, ready
 from contactlaw.world.data.demand import IMPLICIT, STEP
 from contactlaw.world.data.kinds import TANGENT
-from contactlaw.world.data.records import ASKED, BOUNDED, DENIED, MEASURED, NEVER, PARTED, PASSES, TWIST_ALWAYS
+from contactlaw.world.data.records import AGED, ASKED, BOUNDED, DENIED, MEASURED, NEVER, PARTED, PASSES, TWIST_ALWAYS
 from contactlaw.world.data.vec import load, store
 from contactlaw.world.island import integrate
 from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, gap_left, stays_open
@@ -27,7 +28,15 @@ from contactlaw.world.near.listing import count_slots, list_near, may_leave_marg
 from contactlaw.world.near.passing import separate_at_start
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.sleep import is_disturbed, wake, wake_body
-from contactlaw.world.window import activate, list_islands, plan_window, shortest_new_impact
+from contactlaw.world.window import (
+    activate,
+    all_open_for_sure,
+    list_anew,
+    list_islands,
+    plan_window,
+    predict_all,
+    shortest_new_impact,
+)
 
 FIND_PRESSED, FIXED_ROOM, GROWING_ROOM = range(3)  # tasks of `step_once`
 LATE_IMPACT = 1e-6  # durations of an impact: one that begins within this of the end of the step is left to the next
@@ -150,15 +159,23 @@ def finish(w, dt):
     """Integrate from window to window to the end of the step that `begin` has prepared, dt [s].
 
     Islands of persistent contacts are tried with an implicit step first, if the step is long beside an impact. Where
-    nothing is closed the next window begins at the next time of impact.
+    nothing is closed the next window begins at the next time of impact. A list of an earlier step serves where all
+    that it leaves open stays open for sure.
     """
     now = 0.0
+    if w.age == AGED and not all_open_for_sure(w):
+        list_anew(w)
     while now < dt:
         if w.stale != 0:
             list_near(w)
-        first, shortest, window = plan_window(w, now, dt)
-        if now == 0.0 and LEAST_STEP * shortest <= dt and take_implicit_steps(w):
-            first, shortest, window = plan_window(w, now, dt)
+        first = predict_all(w, now, dt)
+        if now == 0.0 and take_implicit_steps(w):
+            first = predict_all(w, now, dt)
+            w.age = min(w.age, AGED)
+        shortest, window = plan_window(w)
+        if w.age == AGED and min(first, shortest) < NEVER:
+            list_anew(w)
+            first = predict_all(w, now, dt)
         if shortest == NEVER:
             if first >= dt:
                 break
@@ -188,14 +205,14 @@ def finish(w, dt):
 def take_implicit_steps(w):
     """Call `implicit.step.take_implicit_steps`; return whether any island has taken one.
 
-    Only if a moving body has a contact that cannot part: see `pace.stays_closed`.
+    Only if a moving body has a contact that cannot part, see `pace.stays_closed`, for which the step is long.
     """
     for k in range(w.nears):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         if p.closed != 0 and (a.still == 0 or b.still == 0):
             c = contact_at(w.contacts, p.slot)
-            if stays_closed(c, a, b):
+            if stays_closed(c, a, b) and LEAST_STEP * contact_duration(w, c, a, b) <= w.step:
                 return ready(w, IMPLICIT) and call_on_world(address(w, IMPLICIT), w)
     return False
 

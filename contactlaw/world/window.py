@@ -14,10 +14,11 @@ from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.bodies.bounds import time_to_close
 from contactlaw.world.bodies.motion import fly, mobility_bound
 from contactlaw.world.contacts.pace import closing_speed, contact_duration, touch_duration
-from contactlaw.world.data.access import body_at, contact_at, near_at, tree_at
+from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, tree_at
 from contactlaw.world.data.call import call_with_body
-from contactlaw.world.data.records import NEVER
-from contactlaw.world.near.guards import stays_open
+from contactlaw.world.data.records import FRESH, NEVER
+from contactlaw.world.near.guards import any_guard_exceeded, is_open_for_sure, path_bound, stays_open
+from contactlaw.world.near.listing import list_near, may_leave_margin
 from contactlaw.world.near.time_of_impact import predict
 
 DELTA_V_MARGIN = 1.5  # margin on the change of velocity by impacts, over that of an elastic impact of free bodies
@@ -28,26 +29,20 @@ FAR = 40.0  # margins: a body that can travel so far in a window reaches every n
 
 
 @jit_inside
-def plan_window(w, now, step):
-    """Predict times of impact; return the next one, the shortest duration of an impact, and the next window [s].
+def predict_all(w, now, step):
+    """Predict the times of impact of open pairs; return the next one [s], or NEVER: not within the step.
 
-    now: time of the step [s]; step: its length [s]. An open pair is predicted anew if the velocity of one of its bodies
-    has changed or its time of impact has come. The first result is NEVER if no pair can close within the step, the
-    second if no pair is closed.
+    now: time of the step [s]; step: its length [s]. A pair is predicted anew if the velocity of one of its bodies has
+    changed or its time of impact has come.
     """
-    first, shortest, persistent = NEVER, NEVER, 0
+    first = NEVER
     for k in range(w.nears):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-        if is_left_out(a, b):
-            continue
-        if p.closed != 0:
-            c = contact_at(w.contacts, p.slot)
-            persistent += 1 if c.touch.course == LASTING else 0
-            shortest = min(shortest, contact_duration(w, c, a, b))
+        if p.closed != 0 or is_left_out(a, b):
             continue
         if a.changed != 0 or b.changed != 0 or p.toi <= now:
-            if stays_open(w, p, step, 0.0):
+            if stays_open(w, p, step, 0.0) or (w.age != 0 and now == 0.0 and is_open_for_sure(w, p, step, 0.0)):
                 p.toi, p.checked = NEVER, -1.0
             else:
                 predict(w, p, max(flight_start(a), flight_start(b)))
@@ -57,7 +52,21 @@ def plan_window(w, now, step):
             first = min(first, p.toi)
     for n in range(w.near_body_count):
         body_at(w.bodies, whole_at(w.near_bodies, n)).changed = 0
-    return first, shortest, CROWD_WINDOW * shortest if persistent > w.crowd else shortest
+    return first
+
+
+@jit_inside
+def plan_window(w):
+    """Return the shortest duration of an impact that is going on and the next window [s]; NEVER: no pair is closed."""
+    shortest, persistent = NEVER, 0
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+        if p.closed != 0 and not is_left_out(a, b):
+            c = contact_at(w.contacts, p.slot)
+            persistent += 1 if c.touch.course == LASTING else 0
+            shortest = min(shortest, contact_duration(w, c, a, b))
+    return shortest, CROWD_WINDOW * shortest if persistent > w.crowd else shortest
 
 
 @jit_inside
@@ -144,13 +153,50 @@ def may_close(w, p, now, until):
         return False
     gained = a.delta_v + b.delta_v
     if p.checked != now:
-        if stays_open(w, p, until, length * DELTA_V_MARGIN * gained):
+        more = length * DELTA_V_MARGIN * gained
+        if stays_open(w, p, until, more) or (w.age != 0 and now == 0.0 and is_open_for_sure(w, p, until, more)):
             return False
         toi = p.toi
         predict(w, p, now)
         p.toi = toi  # it does not depend on which windows there were
     closing = max(p.closing, 0.0) + DELTA_V_MARGIN * gained
     return not time_to_close(p.gap, closing, max(p.acceleration, 0.0)) > length
+
+
+@jit_inside
+def reaches_unlisted(w, time):
+    """Return whether impacts could bring a body to what is not listed, within a time [s] from the step's start on."""
+    for n in range(w.near_body_count):
+        b = body_at(w.bodies, whole_at(w.near_bodies, n))
+        if b.delta_v > 0.0 and may_leave_margin(b, time, DELTA_V_MARGIN * b.delta_v):
+            return True
+    for k in range(w.guard_count):
+        g = guard_at(w.guards, k)
+        gained = body_at(w.bodies, g.body_a).delta_v + body_at(w.bodies, g.body_b).delta_v
+        if gained > 0.0 and path_bound(w, g, time) + time * DELTA_V_MARGIN * gained > g.limit:
+            return True
+    return False
+
+
+@jit_inside
+def list_anew(w):
+    """List near pairs at the start of a step, as if all that is known of their bodies were from this step."""
+    list_near(w)
+    for i in range(w.body_count):
+        body_at(w.bodies, i).changed = 1
+    any_guard_exceeded(w, w.step, 0.0)
+    w.age = FRESH
+
+
+@jit_inside
+def all_open_for_sure(w):
+    """Return whether no open pair can close within the step in free flight, by bounds or measurements alone."""
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        left_out = is_left_out(body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
+        if p.closed == 0 and not left_out and not is_open_for_sure(w, p, w.step, 0.0):
+            return False
+    return True
 
 
 @jit_inside

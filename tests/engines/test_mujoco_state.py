@@ -11,6 +11,9 @@ from mujoco_scenes import ball_on_floor, mujoco, steel_pair, with_data
 
 from contactlaw import ContactPair, ContactWarning, Material
 from contactlaw.mujoco_plugin import contacts_of, instances_of, ledger_of, load_model
+from contactlaw.mujoco_plugin.block import HEAD
+from contactlaw.mujoco_plugin.layout import record_at
+from contactlaw.world.data.records import WORLD
 from sims.heap import poured
 from sims.scene import Settings
 
@@ -128,6 +131,25 @@ def test_bodies_off_their_centres_set_back_at_any_step_go_on_to_the_bit(bodies, 
         saved.append(state_of(model, data))
         mujoco.mj_step(model, data)
     goes_on_from_all(model, saved, 12)
+
+
+@pytest.mark.parametrize("floor", ["type='plane' size='5 5 1'", "type='box' size='5 5 .1' pos='0 0 -.1'"])
+def test_a_box_that_slides_keeps_its_list_of_near_pairs_and_goes_on_to_the_bit_without_it(floor):
+    """Whether near pairs were listed in this step or in an earlier one decides nothing."""
+    box = "<body pos='0 0 .02'><freejoint/><geom type='box' size='.03 .02 .02' mass='1'/></body>"
+    text = f"<mujoco><option timestep='2e-3'/><worldbody><geom {floor}/>{box}</worldbody></mujoco>"
+    model = load_model(text, [("*", "*", steel_pair(friction=0.3, restitution=0.6))])
+    data, saved = mujoco.MjData(model), []
+    mujoco.mj_step(model, data, 300)
+    data.qvel[:6] = [0.5, 0.1, 0.0, 0.0, 0.0, 1.0]
+    mujoco.mj_step(model, data)
+    world = record_at(int(record_at(int(data.plugin_data[0]), HEAD, 1)["world"][0]), WORLD, 1)
+    before = int(world["lists"][0])
+    for _ in range(60):
+        saved.append(state_of(model, data))
+        mujoco.mj_step(model, data)
+    assert int(world["lists"][0]) - before < 30  # one in each step, before they were kept
+    goes_on_from_all(model, saved, 10)
 
 
 def test_a_tree_that_sleeps_goes_on_sleeping_where_it_is_set_back_and_wakes_for_what_is_new():

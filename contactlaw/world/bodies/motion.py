@@ -145,8 +145,7 @@ def update_momentum(b):
     spin = load(b.spin)
     change = sub(spin, spin_change(b, load(b.momentum)))
     if b.isotropic == 0 and dot(change, change) != 0.0:
-        w, i = to_body(b.axes, spin), b.inverse_inertia
-        store(b.momentum, to_world(b.axes, (w[0] / i[0], w[1] / i[1], w[2] / i[2])))
+        store(b.momentum, angular_momentum(b, spin))
 
 
 @jit_inside
@@ -154,8 +153,14 @@ def gyroscopic(b, w):
     """Return the moment w x I w [N m]."""
     if b.isotropic != 0 or b.inverse_mass == 0.0:
         return 0.0, 0.0, 0.0
+    return cross(w, angular_momentum(b, w))
+
+
+@jit_inside
+def angular_momentum(b, w):
+    """Return I w [N m s], the angular momentum of a body of finite mass about its centre of mass, at a spin w."""
     p, i = to_body(b.axes, w), b.inverse_inertia
-    return cross(w, to_world(b.axes, (p[0] / i[0], p[1] / i[1], p[2] / i[2])))
+    return to_world(b.axes, (p[0] / i[0], p[1] / i[1], p[2] / i[2]))
 
 
 @jit_inside

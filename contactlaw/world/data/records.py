@@ -22,11 +22,10 @@ FREE_JOINT, BALL, SLIDE, HINGE = 0, 1, 2, 3  # kinds of joints, numbered as in M
 MEASURED, BOUNDED = -3.0, -2.0  # values of `NEAR.checked` besides times: gap and speed known; a lower bound of the gap
 # Values of `WORLD.twists`: in this substep torsion is put off, made up for, or advanced as in every one
 TWIST_LATER, TWIST_NOW, TWIST_ALWAYS = range(3)
-EDITED, RESIZED = 1, 2  # values of `WORLD.edited`
+EDITED, RESIZED, AGED, FRESH = 1, 2, 1, 2  # values of `WORLD.edited`; of `WORLD.age`
 DENIED, ASKED, PASSES = 0, 1, 2  # values of `TREE.passes`
 PAUSE_LIMIT = 8  # steps; a power of two
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; that of a parted contact is kept until the next step
-
 VECTOR = ("f8", (3,))
 MATRIX = ("f8", (9,))  # row by row
 
@@ -61,9 +60,8 @@ BODY = record(
     delta_v="f8",  # [m/s] by which impacts may change the velocity of its surface within a window, at most
     # [m] that its surface has moved in the substeps of a window, at most, and may in the next; see `watching.watch`
     path="f8", next_path="f8", watched_path="f8",
-    square_rate="f8",  # [1/s^2] sum over its contacts of 1/T^2, see `pace.add_square_rate`
-    pressing="i8",  # contacts that are closed on it in a substep
-    island="i8", head="i8", link="i8",  # parent in the union-find of islands; first pair of an island; next body of it
+    lever="f8", square_rate="f8", pressing="i8",  # longest arm [m]; see `pace.add_square_rate` [1/s^2]; how many closed
+    island="i8", head="i8", link="i8",  # parent in the union-find of islands; an island's first pair; its next body
     # broad phase
     listed_position=VECTOR, turned="f8",  # position when near pairs were last listed, and angle [rad] turned since
     margin="f8",  # [m] by which its surface may travel before near pairs must be listed anew
@@ -285,6 +283,7 @@ WORLD = record(
     nears="i8", guard_count="i8", spares="i8", islands="i8", near_body_count="i8",  # how many of each there are
     slots="i8",  # how many slots of contacts have ever been in use: the first ones
     rested="i8", stale="i8",  # 1: no body moved in the last step; 1: near pairs must be listed anew
+    age="i8",  # AGED, FRESH: near pairs were listed in an earlier step, which must not show, or in this; 0: no matter
     edited="i8",  # 0, EDITED: the user has changed bodies since the last step, RESIZED: shapes too, which may overlap
     unknowns="i8", unknown_room="i8",  # of the island that takes an implicit step; how many there is room for
     implicit="i8", solved="i8",  # counts since the start: implicit steps of islands, and factorisations for them

@@ -14,7 +14,7 @@ from math import sqrt
 from contactlaw.jit import jit_inside
 from contactlaw.laws.rolling import stiffness
 from contactlaw.memory import whole_at
-from contactlaw.world.bodies.motion import velocity_at
+from contactlaw.world.bodies.motion import angular_momentum, velocity_at
 from contactlaw.world.contacts.force import advance_contact, rolling_resistance, slips_fully, slopes
 from contactlaw.world.contacts.rolling import advance_rolling, moment_of, rolling_axes, rolling_dashpot
 from contactlaw.world.contacts.touch import begin_contact, force_of, measure
@@ -53,39 +53,38 @@ INSIDE = 1.0 - 1e-9  # of a half length, and of the cosine of a normal to a face
 
 @jit_inside
 def begin_residual(w, bodies, stage):
-    """Write the mass matrix and the residual of a stage [s] without contacts: M (V_free - V), and damping in trees."""
+    """Write the residual of a stage [s] without contacts: M (V_free - V), and damping in trees; also the M of trees."""
     m, right = mass_matrix(w), vector_of(w, RIGHT_SIDE)
     velocity, free = vector_of(w, VELOCITY), vector_of(w, FREE_VELOCITY)
     for k in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, k))
         count, o = velocity_count(b), b.unknown
-        if b.tree != 0:
-            if b.member != 0:
-                continue
-            t = tree_at(b.tree, 0)
-            t.weights, t.stride, t.stage = mass_address(w, o), w.unknown_room, stage
+        if count == 0 or (b.tree != 0 and b.member != 0):
+            continue
+        if b.tree == 0:
+            store(right[o:], scale(1.0 / b.inverse_mass, sub(load(free[o:]), load(velocity[o:]))))
+            store(right[o + 3 :], angular_momentum(b, sub(load(free[o + 3 :]), load(velocity[o + 3 :]))))
+            continue
+        t = tree_at(b.tree, 0)
+        t.weights, t.stride, t.stage = mass_address(w, o), w.unknown_room, stage
         for i in range(o, o + count):
             for j in range(o, o + count):
                 m[i, j] = 0.0
-        if b.tree != 0:
-            call_with_body(tree_at(b.tree, 0).write_masses, b)
-        elif count > 0:
-            write_inertia(b, m)
+        call_with_body(t.write_masses, b)
         for i in range(o, o + count):
             total = 0.0
             for j in range(o, o + count):
                 total += m[i, j] * (free[j] - velocity[j])
             right[i] = total
-        if b.tree != 0:
-            call_with_body(tree_at(b.tree, 0).add_damping, b)
-            x = vector(tree_at(b.tree, 0).x, count)
-            for i in range(count):
-                right[o + i] += stage * x[i]
+        call_with_body(t.add_damping, b)
+        x = vector(t.x, count)
+        for i in range(count):
+            right[o + i] += stage * x[i]
 
 
 @jit_inside
 def begin_matrix(w, bodies):
-    """Set H to the mass matrix, and the envelope to that of M."""
+    """Set H to the mass matrix M, and the envelope to that of M."""
     h, m, first = matrix(w), mass_matrix(w), vector_of(w, ENVELOPE)
     for k in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, k))
@@ -96,8 +95,10 @@ def begin_matrix(w, bodies):
             first[i] = o
             for j in range(w.unknowns):
                 h[i, j] = 0.0
-            for j in range(o, o + velocity_count(b)):
+            for j in range(o, o + velocity_count(b) if b.tree != 0 else o):
                 h[i, j] = m[i, j]
+        if b.tree == 0 and b.unknown >= 0:
+            write_inertia(b, h)
 
 
 @jit_inside
@@ -109,15 +110,15 @@ def velocity_count(b):
 
 
 @jit_inside
-def write_inertia(b, m):
-    """Write the mass and the moments of inertia of a free body into M."""
+def write_inertia(b, h):
+    """Write the mass and the moments of inertia of a free body into H."""
     axes, o = b.axes, b.unknown
     inertia = 1.0 / b.inverse_inertia[0], 1.0 / b.inverse_inertia[1], 1.0 / b.inverse_inertia[2]
     for i in range(3):
-        m[o + i, o + i] = 1.0 / b.inverse_mass
+        h[o + i, o + i] = 1.0 / b.inverse_mass
         own = inertia[0] * axes[3 * i], inertia[1] * axes[3 * i + 1], inertia[2] * axes[3 * i + 2]
         for j in range(3):
-            m[o + 3 + i, o + 3 + j] = own[0] * axes[3 * j] + own[1] * axes[3 * j + 1] + own[2] * axes[3 * j + 2]
+            h[o + 3 + i, o + 3 + j] = own[0] * axes[3 * j] + own[1] * axes[3 * j + 1] + own[2] * axes[3 * j + 2]
 
 
 @jit_inside

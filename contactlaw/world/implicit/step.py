@@ -24,7 +24,7 @@ from contactlaw.world.contacts.touch import add_work, end_contact, force_of
 from contactlaw.world.data.access import body_at, contact_at, near_at, row_at, tree_at
 from contactlaw.world.data.call import call_with_body
 from contactlaw.world.data.quaternion import load4, product, rotation_vector
-from contactlaw.world.data.records import NEVER, PAUSE_LIMIT
+from contactlaw.world.data.records import AGED, NEVER, PAUSE_LIMIT
 from contactlaw.world.data.saved import (
     copy_numbers,
     restore_body,
@@ -59,17 +59,23 @@ from contactlaw.world.implicit.newton import add_stiffness, begin_matrix, begin_
 from contactlaw.world.island import list_bodies, list_pairs
 from contactlaw.world.sleep import fall_asleep, wake
 from contactlaw.world.trees.kinematics import vector
-from contactlaw.world.window import activate, list_islands
+from contactlaw.world.window import activate, list_anew, list_islands, predict_all, reaches_unlisted
 
 GAMMA = 1.0 - sqrt(0.5)  # length of a stage, as a share of the step
 MAX_ITERATIONS, MAX_FACTORISATIONS = 25, 12  # of Newton's method in a stage; steps that need more hardly ever converge
 CONTRACTION = 0.1  # ratio of successive residuals up to which the factors of the matrix are kept
+NEW_CONTRACTION = CONTRACTION * CONTRACTION  # the same expected of new factors; mostly it is that of `force.PROBE`
 
 
 def take_implicit_steps(w):
     """Take islands of persistent contacts through the step, each by one implicit step; return whether there are any."""
-    while activate(w, 0.0, w.step):
-        wake(w, 0.0)
+    for _ in range(2):
+        while activate(w, 0.0, w.step):
+            wake(w, 0.0)
+        if w.age != AGED or not reaches_unlisted(w, w.step):
+            break
+        list_anew(w)
+        predict_all(w, 0.0, w.step)
     list_islands(w)
     some = False
     for k in range(w.islands):
@@ -172,6 +178,7 @@ def begin_step(w, bodies, pairs):
         k = whole_at(w.island_bodies, i)
         save_body(w, k)
         b = body_at(w.bodies, k)
+        b.lever = b.reach + b.size
         if b.tree != 0:
             if b.member == 0:
                 t = tree_at(b.tree, 0)
@@ -197,6 +204,8 @@ def begin_step(w, bodies, pairs):
         store(r.impulse, (0.0, 0.0, 0.0))
         if r.slot >= 0:
             save_contact(w, r.slot)
+            c, a, b = contact_at(w.contacts, r.slot), body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            a.lever, b.lever = max(a.lever, norm(load(c.arm_a))), max(b.lever, norm(load(c.arm_b)))
 
 
 @jit_inside
@@ -240,8 +249,8 @@ def solve(w, bodies, pairs, stage, time, previous):
 
     time: of the end of the stage [s], from the start of the step. previous: residual before; NEVER: begin with the
     factors of the first stage, 0.0: that has not factorised. Of the first of two stages only VELOCITY is needed: the
-    contacts are not evaluated once more if, by the contraction of the last two residuals, the next one is within the
-    tolerance.
+    contacts are not evaluated once more if, by the contraction of the last two residuals or of new factors, the next
+    one is within the tolerance.
     """
     velocity, change, factorisations = vector_of(w, VELOCITY), vector_of(w, RIGHT_SIDE), 0  # right side until solved
     for iteration in range(MAX_ITERATIONS):
@@ -252,10 +261,12 @@ def solve(w, bodies, pairs, stage, time, previous):
         for i in range(pairs):
             moved, own = evaluate_contact(w, row_at(w.rows, i), stage)
             moving, tolerance = moved or moving, min(tolerance, own)
-        residual = residual_speed(w)
+        residual = residual_speed(w, bodies)
         if not moving or residual <= tolerance < NEVER:
             return True
-        if not residual < CONTRACTION * previous:
+        new = not residual < CONTRACTION * previous
+        contraction = NEW_CONTRACTION if new else residual / previous
+        if new:
             if factorisations == MAX_FACTORISATIONS:
                 return False
             factorisations += 1
@@ -264,7 +275,7 @@ def solve(w, bodies, pairs, stage, time, previous):
                 add_stiffness(w, row_at(w.rows, i), stage)
             factorise(w)
             w.solved += 1
-        converges = time < w.step and residual * residual <= tolerance * previous
+        converges = time < w.step and contraction * residual <= tolerance
         previous = residual
         substitute(w)
         total = 0.0
@@ -279,16 +290,23 @@ def solve(w, bodies, pairs, stage, time, previous):
 
 
 @jit_inside
-def residual_speed(w):
-    """Return the greatest ratio of a residual momentum to its mass or moment of inertia [m/s, rad/s].
+def residual_speed(w, bodies):
+    """Return the greatest change of velocity [m/s] that the residual momentum causes at the points of contacts.
 
-    Contacts only reduce the change of velocity that the residual causes. NEVER if a force is not finite, which the
-    maximum alone would not show.
+    Contacts only reduce that change. In a tree it is the greatest ratio of a residual to its entry on the diagonal of
+    M. NEVER if a force is not finite, which the maximum alone would not show.
     """
     m, right = mass_matrix(w), vector_of(w, RIGHT_SIDE)
     most, total = 0.0, 0.0
-    for i in range(w.unknowns):
-        most, total = max(most, abs(right[i]) / m[i, i]), total + right[i]
+    for k in range(bodies):
+        b = body_at(w.bodies, whole_at(w.island_bodies, k))
+        o, change = b.unknown, 0.0
+        if o >= 0 and b.tree == 0:
+            change = b.inverse_mass * norm(load(right[o:])) + b.lever * norm(spin_change(b, load(right[o + 3 :])))
+        elif o >= 0 and b.member == 0:
+            for i in range(o, o + tree_at(b.tree, 0).v_size):
+                change, total = max(change, abs(right[i]) / m[i, i]), total + right[i]
+        most, total = max(most, change), total + change
     return most if isfinite(total) else NEVER
 
 
