@@ -10,12 +10,18 @@ from contactlaw.jit import jit_inline, jit_inside
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.bodies.bounds import time_to_close
 from contactlaw.world.bodies.motion import acceleration_of, closing_at, drift, fly, greatest_closing, settle, turn_rate
-from contactlaw.world.contacts.pace import add_square_rate, longest_substep, radius_of, touch_duration
+from contactlaw.world.contacts.pace import (
+    add_square_rate,
+    is_jointed,
+    longest_substep,
+    radius_of,
+    substeps_per_impact,
+    touch_duration,
+)
 from contactlaw.world.contacts.touch import TOUCHING, advance, apply_force, begin_contact, end_contact, measure
-from contactlaw.world.data.access import body_at, contact_at, near_at, pair_at, tree_at
-from contactlaw.world.data.call import address, call_coast, call_start_coasting, call_stop_coasting, call_watch, ready
-from contactlaw.world.data.demand import COAST, START_COASTING, STOP_COASTING, WATCH
-from contactlaw.world.data.materials import law_of
+from contactlaw.world.data.access import body_at, coasting_at, contact_at, near_at
+from contactlaw.world.data.call import address, call_coast, call_start_coasting, call_watch, ready
+from contactlaw.world.data.demand import COAST, START_COASTING, WATCH
 from contactlaw.world.data.records import NEVER, TWIST_ALWAYS, TWIST_LATER, TWIST_NOW
 from contactlaw.world.data.vec import norm, store, sub
 from contactlaw.world.near.guards import gap_bound, meet_half_space, raise_listed_gap
@@ -26,11 +32,9 @@ from contactlaw.world.watching import LOOKAHEAD, update_paths
 
 BLOCK = 16  # substeps between two reviews of their length
 LEAST_CHANGE = 0.75  # ratio of lengths from which substeps change; equal ones keep the leapfrog's symmetry
-ELASTIC = 60.0  # substeps of an elastic impact in a crowd, at least: a column of 20 keeps its energy to 1e-3
 COAST_EVERY = 2  # substeps between two looks which contacts can coast
 SHORTEST = 1e-6  # of a window, the least substep; of a substep, the least remainder that becomes a substep
 LOST_SPEED = 1e10  # [m/s] of a surface; engines, too, take such a velocity for a fault
-JOINTED_FEWER = 4.0  # times fewer substeps of a damped impact with joints: 25 instead of 100, psi_2 right to 1e-3
 TORSION_EVERY = 8  # substeps between updates of torsion in crowds and trees: it changes a hundred times more slowly
 MAX_ADVANCES = 30  # steps of conservative advancement towards a touch; then substeps take over
 MAX_TURN = 0.02  # [rad] in a substep while nothing is closed: a body that turns past another may graze it in between
@@ -79,12 +83,14 @@ def list_bodies(w, root):
 
 @jit_inside
 def list_pairs(w, root):
-    """List the active pairs of an island in `w`; return how many."""
+    """List the active pairs of an island in `w`, but for those whose contacts coast; return how many."""
     count, k = 0, body_at(w.bodies, root).head
     while k >= 0:
-        set_whole(w.island_pairs, count, k)
-        count += 1
-        k = near_at(w.near, k).link
+        p = near_at(w.near, k)
+        if p.coasts == 0:
+            set_whole(w.island_pairs, count, k)
+            count += 1
+        k = p.link
     return count
 
 
@@ -140,7 +146,7 @@ def first_substeps(w, pairs, t, now, until):
     whole = until - now
     for i in range(pairs):
         near_at(w.near, whole_at(w.island_pairs, i)).path_limit = 0.0
-    h = substep_length(w, pairs, t)
+    h = substep_length(w, pairs, 0, t)
     if h > until - t and until == w.step:  # a touch shortly before the step's end: the impact continues in the next
         whole = w.step
     h = whole / ceil(whole / max(previous_length(w, pairs, h), SHORTEST * (until - now)) - 1e-9)
@@ -164,7 +170,7 @@ def take_substeps(w, root, bodies, pairs, t, now, until):
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             apply_force(contact_at(w.contacts, p.slot), a, b, 0.5 * h)
     watched, renew, begun = pairs, False, False
-    coasting, coast_h = 0, h  # contacts that coast; the substep with which they began
+    coasting = 0  # contacts that coast; their pairs are not in the list
     since_review, going, closed = 0, True, 0
     joints = False
     for i in range(bodies):
@@ -178,14 +184,11 @@ def take_substeps(w, root, bodies, pairs, t, now, until):
         t = until if is_last else t + h
         for i in range(bodies):
             drift(body_at(w.bodies, whole_at(w.island_bodies, i)), h)
-        if coasting > 0 and (is_last or renew or h != coast_h):
-            call_stop_coasting(address(w, STOP_COASTING), w, watched)
-            coasting = 0
         w.twists = TWIST_ALWAYS
         if joints or closed > w.crowd:
             w.twists = TWIST_NOW if is_last or since_review % TORSION_EVERY == 0 else TWIST_LATER
         renew = update_paths(w, bodies, max(next_h / h, 1.0)) or renew
-        if renew and coasting == 0 and ready(w, WATCH):
+        if renew and ready(w, WATCH):
             watched, renew = call_watch(address(w, WATCH), w, root), False
         closed, shorter = evaluate_contacts(w, watched, (h, next_h), closed <= w.crowd)
         closed += coasting
@@ -195,21 +198,26 @@ def take_substeps(w, root, bodies, pairs, t, now, until):
             next_h = 0.0
         review = going and shorter < (NEVER if closed <= w.crowd else LEAST_CHANGE * next_h)
         if review or (going and since_review == BLOCK):
-            target = max(min(substep_length(w, watched, t), left), shortest)
+            target = max(min(substep_length(w, watched, coasting, t), left), shortest)
             if joints and target > next_h and not may_keep(target, next_h):
                 watched, renew = list_pairs(w, root), True  # the others were left out for substeps as long as these
-                target = max(min(substep_length(w, watched, t), left), shortest)
+                target = max(min(substep_length(w, watched, coasting, t), left), shortest)
             going = not is_lost(w, bodies, until - now)
             if not may_keep(target, next_h):
                 next_h = left / ceil(left / target - 1e-9)
             since_review = 0
         kick_bodies(w, watched, h, next_h)
-        if coasting > 0:
-            coasting = call_coast(address(w, COAST), w, watched, (h, 0.5 * (h + next_h)))
         w.kicks += closed
-        may_start = since_review % COAST_EVERY == 1 and next_h == h and until - t > COAST_EVERY * h
-        if may_start and closed > w.crowd and ready(w, START_COASTING):
-            coasting, coast_h = call_start_coasting(address(w, START_COASTING), w, watched, h), h
+        # contacts may coast on, unless their laws are needed: as the length of substeps changes, and in the last one
+        may_coast = going and next_h == h and until - t > 1.5 * h and closed > w.crowd
+        if coasting > 0:
+            watched += coasting
+            coasting = call_coast(address(w, COAST), w, watched - coasting, coasting, (h, next_h), may_coast)
+            watched -= coasting
+        if may_coast and since_review % COAST_EVERY == 1 and ready(w, START_COASTING):
+            watched += coasting
+            coasting = call_start_coasting(address(w, START_COASTING), w, watched - coasting, coasting, h)
+            watched -= coasting
         h = next_h
     w.twists = TWIST_ALWAYS
     for i in range(bodies):
@@ -225,7 +233,7 @@ def kick_bodies(w, pairs, h, next_h):
     """
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
-        if p.closed == 0 or p.coasts != 0:
+        if p.closed == 0:
             continue
         c = contact_at(w.contacts, p.slot)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
@@ -249,7 +257,7 @@ def is_lost(w, bodies, time):
 def evaluate_contacts(w, pairs, span, few):
     """Evaluate contacts at the end of a substep; return how many of them are closed, and the shortest substep needed.
 
-    Those that coast are left out. The substep needed [s] is that of contacts that have just closed or are about to;
+    The substep needed [s] is that of contacts that have just closed or are about to;
     NEVER if there are none. span: lengths [s] of this substep and of the next; few: see `substeps_per_impact`.
     """
     closed, shorter = 0, NEVER
@@ -262,13 +270,13 @@ def evaluate_contacts(w, pairs, span, few):
             if a.path + b.path + reach < p.path_limit:
                 continue
             shorter = min(shorter, measure_open_pair(w, k, reach, span, few))
-        if p.closed != 0 and p.coasts == 0:
+        if p.closed != 0:
             measure(w, contact_at(w.contacts, p.slot), a, b)
             a.pressing += 1
             b.pressing += 1
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
-        if p.closed != 0 and p.coasts == 0:
+        if p.closed != 0:
             c = contact_at(w.contacts, p.slot)
             advance(w, c, p.slot, span)
             if c.touch.overlap > 0.0:
@@ -306,13 +314,16 @@ def measure_open_pair(w, k, reach, span, few):
 
 
 @jit_inside
-def substep_length(w, pairs, t):
+def substep_length(w, pairs, coasting, t):
     """Return the length [s] that substeps from t [s] on should have; at most that of the step.
 
-    Open pairs count if they can close within two blocks: under a load, bodies that part slowly soon touch again. Bodies
-    of trees pass many shapes without touching them, so their pairs count only if they are about to close.
+    coasting: number of contacts that coast. Open pairs count if they can close within two blocks: under a load, bodies
+    that part slowly soon touch again. Bodies of trees pass many shapes without touching them, so their pairs count only
+    if they are about to close.
     """
-    closed, h = 0, w.step
+    closed, h = coasting, w.step
+    for i in range(coasting):
+        h = min(h, coasting_at(w.coasting, i).pace)
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         closed += p.closed
@@ -339,26 +350,6 @@ def substep_length(w, pairs, t):
                 if time_to_close(max(p.gap, 0.0), p.closing, max(p.acceleration, 0.0)) < soon:
                     h = min(h, touch_duration(w, p, a, b) / substeps_per_impact(w, p, few))
     return h
-
-
-@jit_inside
-def substeps_per_impact(w, p, few):
-    """Return how many substeps an impact of a pair should have.
-
-    few: no more than `WORLD.crowd` contacts of its island are closed. In a crowd and with joints damped impacts need
-    fewer, as damping removes their errors; those of elastic ones add up.
-    """
-    damped = law_of(w, pair_at(w.pairs, p.pair)).zeta > 0.0
-    if few:
-        joints = is_jointed(body_at(w.bodies, p.body_a)) or is_jointed(body_at(w.bodies, p.body_b))
-        return w.substeps / JOINTED_FEWER if damped and joints else w.substeps
-    return w.crowd_substeps if damped else max(w.crowd_substeps, ELASTIC)
-
-
-@jit_inside
-def is_jointed(b):
-    """Return whether joints connect a body to other bodies."""
-    return b.tree != 0 and tree_at(b.tree, 0).count > 1
 
 
 @jit_inside

@@ -42,7 +42,7 @@ def watch(w, root):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         path = (a.watched_path if a.still == 0 else 0.0) + (b.watched_path if b.still == 0 else 0.0)
-        if p.closed != 0 or path >= p.path_limit:
+        if p.coasts == 0 and (p.closed != 0 or path >= p.path_limit):
             set_whole(w.island_pairs, pairs, k)
             pairs += 1
         k = p.link

@@ -10,20 +10,19 @@ this holds.
 
 from math import sqrt
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_inline, jit_inside
 from contactlaw.laws import torsion
 from contactlaw.laws.hertz import damping_of, hertz_stiffness
 from contactlaw.laws.record import LASTING, SPRUNG, UNSHEARED
 from contactlaw.laws.slip import stuck_stiffness
-from contactlaw.memory import whole_at
-from contactlaw.world.bodies.motion import moved_at
+from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.contacts.force import dashpot_of, has_dashpot, is_quasi_static
-from contactlaw.world.contacts.pace import closing_speed
+from contactlaw.world.contacts.pace import closing_speed, longest_substep, substeps_per_impact
 from contactlaw.world.contacts.touch import turn_frame
 from contactlaw.world.data.access import body_at, coasting_at, contact_at, near_at, pair_at
 from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.records import NEVER
-from contactlaw.world.data.saved import body_address
+from contactlaw.world.data.saved import body_address, copy_coasting
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, store, sub
 
 # Roots of m delta/P in which a contact must be expected to hardly change: 0.4 durations of an impact. An impact changes
@@ -36,18 +35,24 @@ FULL = 0.98  # share of mu P from which a friction force counts as the limit
 TORSION_PHASE = 0.3  # [rad] of a torsional oscillation for which its moment may be held: critically damped, stable to 1
 
 
-def start_coasting(w, pairs, h):
-    """Let contacts of an island coast that hardly change, in substeps of h [s]; return how many coast now."""
-    coasting = 0
+def start_coasting(w, pairs, coasting, h):
+    """Let contacts of an island coast that hardly change, in substeps of h [s]; return how many coast now.
+
+    Their pairs leave the island's list. pairs, coasting: how many are in the list, and coast already.
+    """
+    left = 0
     for i in range(pairs):
-        p = near_at(w.near, whole_at(w.island_pairs, i))
-        if p.closed != 0 and p.coasts == 0 and has_model(w, p):
+        k = whole_at(w.island_pairs, i)
+        p = near_at(w.near, k)
+        if p.closed != 0 and has_model(w, p):
             c = contact_at(w.contacts, p.slot)
             t, time = c.touch, steady_time(c, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
             if time * time * t.force > STEADY * STEADY * t.mass * t.overlap:
-                p.coasts = 1
-                begin_coasting(w, p, h, time)
-        coasting += p.coasts
+                begin_coasting(w, k, coasting_at(w.coasting, coasting), h, time)
+                coasting += 1
+                continue
+        set_whole(w.island_pairs, left, k)
+        left += 1
     return coasting
 
 
@@ -55,7 +60,7 @@ def start_coasting(w, pairs, h):
 def has_model(w, p):
     """Return whether a closed contact can coast: it is persistent, without rolling resistance, between round bodies.
 
-    Kinematic bodies count as round.
+    Kinematic bodies that do not turn count as round.
     """
     c, law = contact_at(w.contacts, p.slot), law_of(w, pair_at(w.pairs, p.pair))
     t = c.touch
@@ -108,121 +113,129 @@ def longest_slide(t):
 
 @jit_inside
 def is_round(b):
-    """Return whether a body is kinematic, or free with inertia and shapes that do not change as it turns."""
-    return b.tree == 0 and (b.inverse_mass == 0.0 or (b.isotropic != 0 and b.oriented == 0))
+    """Return whether a body is kinematic and does not turn, or free with inertia and shapes that do not as it turns.
+
+    The arms of such a free body are along the normal.
+    """
+    if b.inverse_mass == 0.0:
+        return b.tree == 0 and dot(load(b.spin), load(b.spin)) == 0.0
+    return b.tree == 0 and b.isotropic != 0 and b.oriented == 0
 
 
 @jit_inside
-def begin_coasting(w, p, h, longest):
-    """Set the model of a pair's contact in substeps of h [s]; it holds for the longest time [s] unless quasi-static."""
-    c, r = contact_at(w.contacts, p.slot), coasting_at(w.coasting, p.slot)
+def begin_coasting(w, k, r, h, longest):
+    """Set the model r of the contact of pair k, in substeps of h [s].
+
+    longest: time [s] for which it may coast unless quasi-static.
+    """
+    p = near_at(w.near, k)
+    c = contact_at(w.contacts, p.slot)
     t, n, e = c.touch, load(c.normal), load(c.tangent)
+    p.coasts, r.near = 1, k
     r.body_a, r.body_b = body_address(w.bodies, p.body_a), body_address(w.bodies, p.body_b)
     a, b = body_at(r.body_a, 0), body_at(r.body_b, 0)
+    r.pace = longest_substep(w, c, a, b, substeps_per_impact(w, p, False))
     a.touched, b.touched = 1, 1
     store(r.normal, n)
-    store(r.tangent, e)
-    store(r.side, cross(n, e))
-    store(r.arm_a, load(c.arm_a))
-    store(r.arm_b, load(c.arm_b))
-    r.overlap, r.closing, r.force = t.overlap, t.closing, t.force
+    r.radius_a, r.radius_b = -dot(load(c.arm_a), n), dot(load(c.arm_b), n)
+    store(r.start, place_of(r, a, b))
+    r.start_a, r.start_b = dot(load(a.pending_turn), n), dot(load(b.pending_turn), n)
+    r.first = r.overlap = t.overlap
+    r.closing, r.force = t.closing, t.force
     r.least, r.most = LEAST * t.overlap, MOST * t.overlap
     r.stiffness, r.damping = hertz_stiffness(t), damping_of(t)
     r.share = 1.0 / (1.0 + 0.5 * r.damping * h / t.mass)
     r.spring, r.drag, r.friction = stuck_stiffness(t), 0.0, t.friction
-    r.f, r.g, r.held_f, r.held_g = t.f, t.g, t.f, t.g
+    side = cross(n, e)
+    store(r.pull, axpy(t.f, e, scale(t.g, side)))
+    store(r.held, load(r.pull))
     if has_dashpot(c):
         r.drag = dashpot_of(t)
-        r.held_f -= r.drag * c.moved[0] / c.interval
-        r.held_g -= r.drag * c.moved[1] / c.interval
+        sliding = axpy(c.moved[0], e, scale(c.moved[1], side))
+        store(r.held, axpy(-r.drag / c.interval, sliding, load(r.pull)))
     r.moment = c.torsion.moment
     r.longest = min(turning_time(c, a, b), torsion_time(w, c, a, b)) if is_quasi_static(c, 1.0) else longest
     r.furthest = longest_slide(t)
     store(r.slide, (0.0, 0.0, 0.0))
     store(r.impulse, (0.0, 0.0, 0.0))
-    r.turned, r.normal_work, r.friction_work, r.time = 0.0, 0.0, 0.0, 0.0
+    r.normal_work, r.friction_work, r.time = 0.0, 0.0, 0.0
 
 
-def advance_coasting(w, pairs, span):
+@jit_inline
+def place_of(r, a, b):
+    """Return the place of A's contact point over B's [m], but for a constant: both arms are along the normal."""
+    turn = axpy(r.radius_a, load(a.pending_turn), scale(r.radius_b, load(b.pending_turn)))
+    return sub(sub(load(a.position), load(b.position)), cross(turn, load(r.normal)))
+
+
+def advance_coasting(w, pairs, coasting, span, may_coast):
     """Advance coasting contacts by the last substep and kick their bodies; return how many coast on.
 
-    Those that leave the range of the model stop: the next substep advances their laws by the whole displacement.
-
-    span: length [s] of the substep, and time [s] for which the forces act.
+    Those that leave the range of the model stop, and their pairs are added to the island's list: the next substep
+    advances their laws by the whole displacement. pairs, coasting: how many are in the list, and coast. span: lengths
+    [s] of the last substep and of the next. may_coast: False: all stop.
     """
-    h, time = span
-    rate, coasting = 1.0 / h, 0
-    for i in range(pairs):
-        p = near_at(w.near, whole_at(w.island_pairs, i))
-        if p.coasts == 0:
-            continue
-        r = coasting_at(w.coasting, p.slot)
-        a, b = body_at(r.body_a, 0), body_at(r.body_b, 0)
-        n, e, s, arm_a, arm_b = load(r.normal), load(r.tangent), load(r.side), load(r.arm_a), load(r.arm_b)
-        moved = sub(moved_at(a, arm_a), moved_at(b, arm_b))
-        gained, du, dv = -dot(moved, n), dot(moved, e), dot(moved, s)
-        turn_a, turn_b = dot(load(a.twist), n), dot(load(b.twist), n)
-        overlap, closing = r.overlap + gained, rate * gained
+    h, next_h = span
+    rate, time, i = 1.0 / h, 0.5 * (h + next_h), 0
+    while i < coasting:
+        r = coasting_at(w.coasting, i)
+        a, b, n = body_at(r.body_a, 0), body_at(r.body_b, 0), load(r.normal)
+        moved = sub(place_of(r, a, b), load(r.start))
+        deeper = -dot(moved, n)
+        slide, overlap = axpy(deeper, n, moved), r.first + deeper
+        gained, slid = overlap - r.overlap, sub(slide, load(r.slide))
+        closing = rate * gained
         force = r.stiffness * overlap * sqrt(max(overlap, 0.0)) + r.damping * (1.5 * closing - 0.5 * r.closing)
         force = max(r.share * force + (1.0 - r.share) * r.force, 0.0)
-        r.held_f += r.spring * du
-        r.held_g += r.spring * dv
-        f, g, limit = r.held_f + r.drag * rate * du, r.held_g + r.drag * rate * dv, r.friction * force
-        square = f * f + g * g
+        pull = axpy(r.spring, slide, axpy(r.drag * rate, slid, load(r.held)))
+        square, limit = dot(pull, pull), r.friction * force
         if square > limit * limit:
-            share = limit / sqrt(square)
-            f, g = share * f, share * g
-            r.held_f, r.held_g = f, g
+            pull = scale(limit / sqrt(square), pull)
+            store(r.held, axpy(-r.spring, slide, pull))
         r.normal_work -= 0.5 * (r.force + force) * gained
-        r.friction_work -= 0.5 * ((r.f + f) * du + (r.g + g) * dv) + r.moment * (turn_a - turn_b)
-        r.overlap, r.closing, r.force, r.f, r.g = overlap, closing, force, f, g
-        store(r.slide, add(load(r.slide), (du, dv, turn_a - turn_b)))
-        r.turned += 0.5 * (turn_a + turn_b)
+        r.friction_work -= 0.5 * dot(add(load(r.pull), pull), slid)
+        r.overlap, r.closing, r.force = overlap, closing, force
+        store(r.slide, slide)
+        store(r.pull, pull)
         r.time += h
-        impulse = scale(time, axpy(force, n, axpy(-f, e, scale(-g, s))))
+        impulse = scale(time, axpy(force, n, scale(-1.0, pull)))
         store(r.impulse, add(load(r.impulse), impulse))
-        moment = scale(-time * r.moment, n)
+        turning, moment = scale(time, cross(n, pull)), scale(time * r.moment, n)
         if a.inverse_mass != 0.0:
             store(a.velocity, axpy(a.inverse_mass, impulse, load(a.velocity)))
-            store(a.spin, axpy(a.inverse_inertia[0], add(cross(arm_a, impulse), moment), load(a.spin)))
+            store(a.spin, axpy(a.inverse_inertia[0], axpy(r.radius_a, turning, scale(-1.0, moment)), load(a.spin)))
         if b.inverse_mass != 0.0:
             store(b.velocity, axpy(-b.inverse_mass, impulse, load(b.velocity)))
-            store(b.spin, axpy(-b.inverse_inertia[0], add(cross(arm_b, impulse), moment), load(b.spin)))
-        if is_in_range(r):
-            coasting += 1
-        else:
-            end_coasting(w, p)
+            store(b.spin, axpy(b.inverse_inertia[0], axpy(r.radius_b, turning, moment), load(b.spin)))
+        if may_coast and is_in_range(r):
+            i += 1
+            continue
+        end_coasting(w, r)
+        set_whole(w.island_pairs, pairs, r.near)
+        pairs, coasting = pairs + 1, coasting - 1
+        copy_coasting(w, coasting, i)
     return coasting
-
-
-def stop_coasting(w, pairs):
-    """Stop every coasting contact; this substep advances their laws by the whole displacement."""
-    for i in range(pairs):
-        p = near_at(w.near, whole_at(w.island_pairs, i))
-        if p.coasts != 0:
-            end_coasting(w, p)
 
 
 @jit_inside
 def is_in_range(r):
     """Return whether a contact may coast on."""
-    slid = r.slide[0] * r.slide[0] + r.slide[1] * r.slide[1]
+    slid = dot(load(r.slide), load(r.slide))
     return r.least <= r.overlap <= r.most and slid < r.furthest * r.furthest and r.time < r.longest
 
 
 @jit_inside
-def end_coasting(w, p):
-    """Stop the coasting contact of a pair, and write its model back."""
-    p.coasts = 0
-    c, r = contact_at(w.contacts, p.slot), coasting_at(w.coasting, p.slot)
-    if r.time == 0.0:
-        return
-    t = c.touch
-    c.coasted_from = t.overlap
-    store(c.coasted, load(r.slide))
-    turn_frame(c, load(c.normal), r.turned)
+def end_coasting(w, r):
+    """Write the model of a contact that stops coasting back."""
+    p, n = near_at(w.near, r.near), load(r.normal)
+    c, a, b = contact_at(w.contacts, p.slot), body_at(r.body_a, 0), body_at(r.body_b, 0)
+    t, e = c.touch, load(c.tangent)
+    turn_a, turn_b = dot(load(a.pending_turn), n) - r.start_a, dot(load(b.pending_turn), n) - r.start_b
+    p.coasts, c.coasted_from = 0, r.first
+    store(c.coasted, (dot(load(r.slide), e), dot(load(r.slide), cross(n, e)), turn_a - turn_b))
+    turn_frame(c, n, 0.5 * (turn_a + turn_b))
     t.overlap, t.closing = r.overlap, r.closing
     store(c.impulse, add(load(c.impulse), load(r.impulse)))
     c.normal_work += r.normal_work
-    c.friction_work += r.friction_work
+    c.friction_work += r.friction_work - r.moment * (turn_a - turn_b)
     c.duration += r.time

@@ -16,9 +16,9 @@ import numpy as np
 from contactlaw.jit import address_of, compiling
 
 # Functions that `supply` makes, as places in `TABLE`
-STEP, IMPLICIT, SPIN, ALONG, READ, SLEEP, STOP_COASTING, COAST, START_COASTING, ROLL, WATCH = range(11)
+STEP, IMPLICIT, SPIN, ALONG, READ, SLEEP, COAST, START_COASTING, ROLL, WATCH = range(10)
 # Further places: `_supply`; whether an exception is pending; Py_AddPendingCall, PyObject_IsTrue and `PENDING_ERROR`
-ASK, PENDING, ADD_CALL, IS_TRUE, ERROR_OBJECT = range(11, 16)
+ASK, PENDING, ADD_CALL, IS_TRUE, ERROR_OBJECT = range(10, 15)
 
 TABLE = np.zeros(ERROR_OBJECT + 1, np.uint64)
 """Addresses; zero: not compiled yet."""
@@ -44,7 +44,6 @@ def supply(what: int) -> int:
         WATCH: ("", 0, [(WATCH, watching.watch, call.call_watch)]),
         SPIN: ("contacts that spin", 4, [(SPIN, spinning.advance_spinning, call.call_spin)]),
         START_COASTING: ("contacts that hardly change", 2, [
-            (STOP_COASTING, coasting.stop_coasting, call.call_stop_coasting),
             (COAST, coasting.advance_coasting, call.call_coast),
             (START_COASTING, coasting.start_coasting, call.call_start_coasting),
         ]),

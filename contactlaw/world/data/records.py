@@ -253,17 +253,17 @@ ROW = record(
 """A contact in an implicit step, see `implicit.step`."""
 
 COASTING = record(
-    body_a="u8", body_b="u8",  # addresses of its bodies
-    slide=VECTOR,  # displacement, as `CONTACT.moved`, not yet given to its law
+    near="i8", body_a="u8", body_b="u8",  # its pair; addresses of its bodies
+    pace="f8",  # longest substep [s], see `pace.longest_substep`
+    normal=VECTOR, radius_a="f8", radius_b="f8",  # lengths of the arms [m]
+    start=VECTOR, start_a="f8", start_b="f8",  # see `coasting.place_of`; angles about the normal [rad]; at the start
+    slide=VECTOR,  # tangential displacement of A over B since the start [m]
     impulse=VECTOR,  # [N s] on A
-    normal=VECTOR, tangent=VECTOR, side=VECTOR, arm_a=VECTOR, arm_b=VECTOR,
-    overlap="f8", closing="f8", least="f8", most="f8",  # [m], [m/s] now; range of the overlap [m]
+    first="f8", overlap="f8", closing="f8", least="f8", most="f8",  # at the start and now [m], [m/s]; range [m]
     stiffness="f8", damping="f8", share="f8",  # k of Hertz; damping [N s/m]; 1/(1 + damping h/(2 m))
     spring="f8", drag="f8", friction="f8",  # tangential: [N/m], [N s/m], coefficient
-    # normal and both tangential forces [N]; the latter of the spring alone; moment about the normal [N m]
-    force="f8", f="f8", g="f8", held_f="f8", held_g="f8", moment="f8",
-    turned="f8", time="f8",  # mean rotation of both bodies about the normal [rad]; time since it began to coast [s]
-    longest="f8", furthest="f8",  # time [s] and displacement [m] for which it may coast
+    force="f8", pull=VECTOR, held=VECTOR, moment="f8",  # P, friction on B, that of the spring at the start [N]; [N m]
+    time="f8", longest="f8", furthest="f8",  # since the start [s]; time [s] and displacement [m] for which it may coast
     normal_work="f8", friction_work="f8",  # [J]
 )  # fmt: skip
 """The model of a contact that coasts, see `contacts.coasting`."""

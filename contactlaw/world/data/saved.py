@@ -11,6 +11,7 @@ from contactlaw.world.data.access import body_at, contact_at
 
 KNOWN_NUMBERS = CONTACT_SIZE + TORSION.itemsize // 8 + 4  # the first fields of a contact, the state of its laws
 BODY_NUMBERS, CONTACT_NUMBERS = records.BODY.itemsize // 8, records.CONTACT.itemsize // 8
+COASTING_NUMBERS = records.COASTING.itemsize // 8
 
 
 @jit_inside
@@ -19,6 +20,13 @@ def copy_numbers(source, target, count):
     numbers, copy = carray(doubles_at(source), count), carray(doubles_at(target), count)
     for k in range(count):
         copy[k] = numbers[k]
+
+
+@jit_inside
+def copy_coasting(w, source, target):
+    """Copy a record of a contact that coasts to another place in the list of these."""
+    size = 8 * COASTING_NUMBERS
+    copy_numbers(w.coasting + size * source, w.coasting + size * target, COASTING_NUMBERS)
 
 
 @jit_inside
