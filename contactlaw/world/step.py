@@ -23,7 +23,7 @@ from contactlaw.world.data.kinds import TANGENT
 from contactlaw.world.data.records import AGED, ASKED, BOUNDED, DENIED, MEASURED, NEVER, PARTED, PASSES, TWIST_ALWAYS
 from contactlaw.world.data.vec import load, store
 from contactlaw.world.island import integrate
-from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, gap_left, stays_open
+from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, gap_left, stays_open, update_guard
 from contactlaw.world.near.listing import count_slots, list_near, may_leave_margin
 from contactlaw.world.near.passing import separate_at_start
 from contactlaw.world.shapes.geometry import meet_near
@@ -88,13 +88,18 @@ def find_pressed(w):
     For adapters, between two steps. Open pairs of trees that may pass by everything get the gap and the closing speed
     that `near.passing` starts from.
     """
-    gaps_needed = False
+    placed, gaps_needed = False, False
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         b.pressed = 0
-        gaps_needed = gaps_needed or b.placed != 0 or b.tree != 0
-    if w.stale != 0 or (gaps_needed and any_guard_exceeded(w, -NEVER, 2.0 * w.step)):
+        placed = placed or b.placed != 0
+        gaps_needed = gaps_needed or placed or b.tree != 0
+    if w.stale != 0 or (placed and any_guard_exceeded(w, -NEVER, 2.0 * w.step)):
         list_near(w)
+    for k in range(w.guard_count if gaps_needed and not placed else 0):
+        g = guard_at(w.guards, k)
+        if g.lead == k:
+            update_guard(w, g, 2.0 * w.step)
     for k in range(w.nears):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)

@@ -29,7 +29,9 @@ ROUNDING = 1e-15  # of the trace of M0^T M
 PRISM_EXCESS = 0.003  # of a cylinder's radius; it is wider than the prism of `gjk.STAVE` by (1 - cos(pi/32))/2 = 0.0024
 SLACK = 0.2  # of a body's smallest radius: part of its margin, and of `parts_margin`, that does not depend on speed
 PARTS_STEPS = 4.0  # steps at the guard's present speed bound, for `parts_margin`
-HALVINGS = 4  # of the time left: times of impact that are nearer are found for each pair of parts
+TREE_PARTS_STEPS = 1.0  # the same in trees, of which each window goes through all near pairs
+LOOKS = 3  # evaluations of a bound on a mean speed to find until when two cores stay apart
+NEAREST = 1.0 / 16.0  # of the time left: times of impact that are nearer are found for each pair of parts
 
 
 @jit_inside
@@ -125,10 +127,9 @@ def path_bound(w, g, time):
 @jit_inside
 def parts_margin(w, g):
     """Return the gap [m] of two whole shapes up to which their parts are listed."""
-    return (
-        SLACK * (body_at(w.bodies, g.body_a).size + body_at(w.bodies, g.body_b).size)
-        + PARTS_STEPS * w.step * lead_of(w, g).speed
-    )
+    a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
+    steps = PARTS_STEPS if a.tree == 0 and b.tree == 0 else TREE_PARTS_STEPS
+    return SLACK * (a.size + b.size) + steps * w.step * lead_of(w, g).speed
 
 
 @jit_inside
@@ -207,25 +208,44 @@ def cores_stay_apart(w, p, a, b, left):
         g.speed_time = g.plane_time
         time = time_apart(w, g, left)
         g.apart = g.plane_time if time == 0.0 else (NEVER if time == left else g.plane_time + time)
-    p.gap, p.closing, p.acceleration, p.toi = g.low - g.high, g.closing, g.growth, g.apart
-    return g.apart > g.plane_time
+    return takes_known_time(w, p, g.plane_time)
+
+
+@jit_inside
+def takes_known_time(w, p, now):
+    """Return whether the cores of a near pair are known to stay apart from a time of the step [s] on.
+
+    If so, sets what `time_of_impact.predict` sets to bounds from the plane between them.
+    """
+    if p.guard < 0:
+        return False
+    g = guard_at(w.guards, p.guard)
+    if g.speed_time != now or g.plane_time != now or g.apart <= now:
+        return False
+    p.checked, p.toi = now, g.apart
+    p.gap, p.closing, p.acceleration = g.low - g.high, g.closing, g.growth
+    return True
 
 
 @jit_inside
 def time_apart(w, g, left):
-    """Return a time [s] to come within which two cores stay apart: that left, halved up to HALVINGS times, or zero.
+    """Return a time [s] to come within which two cores stay apart: that left, or a shorter one, or zero.
 
-    Sets a bound on their closing speed now, and on its growth within that time.
+    Sets a bound on their closing speed now, and on its growth within that time. A bound on a mean speed grows with the
+    time that it is for. So two cores stay apart for as long as their gap takes to close at that bound, and perhaps for
+    longer; the next time tried is between both.
     """
     a, b, n = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b), load(g.normal)
     if g.body_a != shape_at(w.shapes, g.a).body:
         n = scale(-1.0, n)
-    for _ in range(HALVINGS + 1):
-        g.closing, g.growth, mean = closing_along(a, b, n, left)
-        if g.low - g.high > left * mean:
-            return left
-        left *= 0.5
-    return 0.0
+    time, apart, gap = left, 0.0, max(g.low - g.high, 0.0)
+    for _ in range(LOOKS):
+        g.closing, g.growth, mean = closing_along(a, b, n, time)
+        if gap > time * mean:
+            return time
+        apart = max(apart, gap / mean)
+        time = sqrt(time * apart)
+    return apart if apart > NEAREST * left else 0.0
 
 
 @jit_inside
@@ -276,7 +296,7 @@ def any_guard_exceeded(w, until, least):
 def may_exceed_limit(w, g, way):
     """Return whether A can move further than its guard's limit, if it moves by no more than `way` [m] from here.
 
-    If no parts are listed, the present gap of both whole shapes may give a higher limit first.
+    If no parts are listed, the present gap of both whole shapes gives a new limit first.
     """
     lead = lead_of(w, g)
     path = lead.moved + lead.lag + way
@@ -284,8 +304,7 @@ def may_exceed_limit(w, g, way):
         return False
     if g.unlisted != 0:
         _, low, high = separate(w, g, ZERO)
-        if low - high > parts_margin(w, g):
-            g.limit = low - high + lead.moved - lead.lag
+        g.limit = max(g.limit, low - high + lead.moved - lead.lag)
     return path > g.limit
 
 

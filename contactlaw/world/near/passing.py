@@ -59,9 +59,7 @@ def find_passing(world):
         if g.lead == k:
             update_guard(w, g, w.step)
         g.separated = 1 if stayed_separated(w, g) else 0
-        if may_exceed_limit(w, g, 2.0 * w.step * lead.speed_now):
-            w.stale = 1
-        if lead.moved + w.step * max(lead.last_speed_now, lead.speed_now) > g.limit:
+        if g.separated == 0 and lead.moved + w.step * max(lead.last_speed_now, lead.speed_now) > g.limit:
             deny(body_at(w.bodies, g.body_a))
             deny(body_at(w.bodies, g.body_b))
     found = True
@@ -135,12 +133,14 @@ def may_have_touched(w, p, a, b):
 
 @jit_inside
 def separate_at_start(w, g):
-    """Set by how much [m] a plane separates two cores whose parts are listed, at the start of a step.
+    """Set by how much [m] a plane separates two cores at the start of a step.
 
-    The last plane is kept while it separates them.
+    The last plane is kept while it separates them. Where no parts are listed, it is needed only near the guard's limit.
     """
     g.separation = 0.0
-    if g.unlisted != 0 or shape_at(w.shapes, g.a).kind < BOX:
+    if shape_at(w.shapes, g.a).kind < BOX:
+        return
+    if g.unlisted != 0 and not may_exceed_limit(w, g, 2.0 * w.step * lead_of(w, g).speed_now):
         return
     b = body_at(w.bodies, g.body_b)
     n, low, high = separate(w, g, to_world(b.axes, load(g.normal)))

@@ -21,7 +21,7 @@ from contactlaw.world.data.kinds import HEIGHT_FIELD, PLANE, SEGMENT, SPHERE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.saved import scratch_body
 from contactlaw.world.data.vec import add, dot, load, norm, sub
-from contactlaw.world.near.guards import cores_stay_apart, meet_half_space, raise_listed_gap
+from contactlaw.world.near.guards import cores_stay_apart, meet_half_space, raise_listed_gap, takes_known_time
 from contactlaw.world.shapes.geometry import OF_TIME, centre, meet_near
 
 CLEAR_HEIGHT = 0.01  # of A's radius: where A is higher over a separating plane, its gap is taken from that plane
@@ -68,8 +68,11 @@ def predict(w, p, now):
     pair. Returns its bodies where they are then. A free body that is behind in time is copied, so that its flight stays
     in one piece, and its rounding does not depend on which pairs are predicted.
     """
-    a, b = flown_to(w, p.body_a, now, 0), flown_to(w, p.body_b, now, 1)
-    find_time(w, p, a, b, now, w.step - now)
+    if takes_known_time(w, p, now):
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+    else:
+        a, b = flown_to(w, p.body_a, now, 0), flown_to(w, p.body_b, now, 1)
+        find_time(w, p, a, b, now, w.step - now)
     raise_listed_gap(w, p, now)
     return a, b
 
