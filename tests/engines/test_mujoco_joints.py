@@ -194,3 +194,29 @@ def test_a_model_that_disables_contacts_has_none_of_the_law():
     data.qpos[0], data.qvel[0] = 0.05, -5.0
     mujoco.mj_step(model, data, 50)
     assert data.qpos[0] < -0.1
+
+
+@pytest.mark.parametrize("speed", [20.0, 80.0, 140.0, 250.0])
+def test_a_fast_arm_strikes_what_it_would_jump_over_in_a_step(speed):
+    """A box on an arm of 0.3 m, against a thin box; a step of 2 ms is up to 15 cm, so that no parts are listed before.
+
+    The elastic impact turns the arm back; one that missed the thin box would go on round.
+    """
+    model = load_model(
+        f"""<mujoco><option timestep=".002" gravity="0 0 0"/><worldbody>
+        <geom name="wall" type="box" size=".004 .05 .05" pos="-.3 0 0"/><body><joint name="j" axis="0 0 1"/>
+        <geom type="box" size=".14 .01 .01" pos=".15 0 0" mass=".1" {UNSEEN}/>
+        <geom name="tip" type="box" size=".02 .015 .02" pos=".3 0 0" mass=".1" euler="10 20 0"/>
+        </body></worldbody></mujoco>""",
+        [("tip", "wall", ContactPair("rubber", "steel", friction=0.3, restitution=1.0))],
+        others=False,
+    )
+    for phase in np.linspace(0.0, 2e-3 * speed, 8):
+        data = mujoco.MjData(model)
+        data.qpos[:], data.qvel[:] = -phase, speed
+        most = -np.inf
+        while abs(data.qpos[0]) < 2.0 * np.pi and data.time < 1.5 * np.pi / speed:
+            mujoco.mj_step(model, data)
+            most = max(most, data.qpos[0])
+        assert most < np.pi
+        assert -1.01 * speed < data.qvel[0] < 0.0
