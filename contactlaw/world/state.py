@@ -17,7 +17,7 @@ from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 from contactlaw.jit import jit_inside
 from contactlaw.laws.record import LASTING, OPEN, PRESSED, SPUN, UNSHEARED
 from contactlaw.memory import doubles_at, set_whole, whole_at
-from contactlaw.world.contacts.touch import add_to_ledger
+from contactlaw.world.contacts.touch import add_to_ledger, has_parted
 from contactlaw.world.data.access import axis_at, body_at, contact_at, link_at, near_at, pair_at, shape_at, tree_at
 from contactlaw.world.data.materials import friction_of, law_of, memory_of
 from contactlaw.world.data.records import CLOSED, CONTACT, FREE, LEDGER, PARTED, PAUSE_LIMIT
@@ -104,8 +104,13 @@ def write(w, out):
         copy(pair_at(w.pairs, i).ledger, out[at + LEDGER * i :])
     for k in range(w.nears):
         p = near_at(w.near, k)
-        if p.slot >= 0 and p.closed == 0 and p.initial_overlap == 0.0:
+        if has_parted(p):
             add_to_ledger(contact_at(w.contacts, p.slot), out[at + LEDGER * p.pair :])
+    count_slots(w)
+    for slot in range(w.slots if w.spares < w.contact_room else 0):
+        c = contact_at(w.contacts, slot)
+        if c.phase == PARTED and c.initial_overlap == 0.0 and c.near < 0:
+            add_to_ledger(c, out[at + LEDGER * c.pair :])
     return lost
 
 

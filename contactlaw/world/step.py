@@ -15,7 +15,13 @@ from contactlaw.jit import jit, jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import closing_at, fly, is_static, settle, update_momentum
 from contactlaw.world.contacts.pace import LEAST_STEP, contact_duration, stays_closed, update_masses
-from contactlaw.world.contacts.touch import release, release_if_put_deeper, update_geometry, update_initial_overlap
+from contactlaw.world.contacts.touch import (
+    has_parted,
+    release,
+    release_if_put_deeper,
+    update_geometry,
+    update_initial_overlap,
+)
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at, tree_at
 from contactlaw.world.data.call import address, call_on_world, call_step, error_pending, ready
 from contactlaw.world.data.demand import IMPLICIT, STEP
@@ -283,17 +289,22 @@ def begin_pairs(w):
     keep the gaps found by `near.passing`.
     """
     count_slots(w)
-    for k in range(w.nears):
+    for k in range(w.nears):  # in the order of `state.write`, which sums the same ledgers
         p = near_at(w.near, k)
         if body_at(w.bodies, p.body_a).done == 0 and body_at(w.bodies, p.body_b).done == 0:
             p.checked = -1.0
-        if p.slot >= 0 and p.closed == 0 and not update_initial_overlap(w, p):
+        if has_parted(p):
             release(w, p.slot)
             p.slot = -1
     for slot in range(w.slots if w.spares < w.contact_room else 0):
         c = contact_at(w.contacts, slot)
         if c.phase == PARTED and c.initial_overlap == 0.0:  # its pair is no longer listed
             release(w, slot)
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        if p.slot >= 0 and p.closed == 0 and not update_initial_overlap(w, p):
+            release(w, p.slot)
+            p.slot = -1
 
 
 @jit_inside

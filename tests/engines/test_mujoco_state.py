@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from mujoco_scenes import ball_on_floor, mujoco, steel_pair, with_data
 
-from contactlaw import ContactPair, ContactWarning, Material
+from contactlaw import MATERIALS, ContactPair, ContactWarning, Material
 from contactlaw.mujoco_plugin import contacts_of, instances_of, ledger_of, load_model
 from contactlaw.mujoco_plugin.block import HEAD
 from contactlaw.mujoco_plugin.layout import record_at
@@ -146,6 +146,36 @@ def test_a_box_that_slides_keeps_its_list_of_near_pairs_and_goes_on_to_the_bit_w
         mujoco.mj_step(model, data)
     assert int(world["lists"][0]) - before < 30  # one in each step, before they were kept
     goes_on_from_all(model, saved, 10)
+
+
+@pytest.mark.parametrize("seed", [2, 28, 29, 44])
+def test_random_boxes_meshes_and_cylinders_set_back_go_on_to_the_bit_with_their_ledger(seed):
+    """Contacts part together, leave initial overlaps and take slots that others have used."""
+    draw, steel = np.random.default_rng(seed), MATERIALS["steel"]
+    count = draw.integers(1, 5)
+    rock = " ".join(map(str, (0.015 * draw.normal(size=(14, 3))).ravel()))
+    bodies = ""
+    for i in range(count):
+        kind = draw.choice(["box", "mesh", "cylinder", "box"])
+        sizes = {"box": draw.uniform(0.008, 0.025, 3), "mesh": (), "cylinder": draw.uniform(0.008, 0.02, 2)}[kind]
+        shape = "mesh='rock'" if kind == "mesh" else f"size='{' '.join(map(str, sizes))}'"
+        place = (*draw.uniform(-0.01, 0.01, 2), 0.04 + 0.045 * i)
+        bodies += (
+            f"<body pos='{' '.join(map(str, place))}' euler='{' '.join(map(str, draw.uniform(-60, 60, 3)))}'>"
+            f"<freejoint/><geom type='{kind}' {shape}/></body>"
+        )
+    floor = draw.choice(["type='plane' size='1 1 1'", "type='box' size='1 1 .1' pos='0 0 -.1'"])
+    model = load_model(
+        f"<mujoco><option timestep='{draw.choice([1e-3, 2e-3, 4e-3])}'/>"
+        f"<asset><mesh name='rock' vertex='{rock}'/></asset><worldbody><geom {floor}/>{bodies}</worldbody></mujoco>",
+        [("*", "*", ContactPair(steel, MATERIALS["rubber"] if seed % 2 else steel, 0.3, 0.5))],
+    )
+    data, saved = mujoco.MjData(model), []
+    data.qvel[:] = np.tile(np.r_[0.3 * draw.normal(size=3), 5.0 * draw.normal(size=3)], count)
+    for _ in range(120):
+        saved.append(state_of(model, data))
+        mujoco.mj_step(model, data)
+    goes_on_from_all(model, saved, 12)
 
 
 def test_a_tree_that_sleeps_goes_on_sleeping_where_it_is_set_back_and_wakes_for_what_is_new():

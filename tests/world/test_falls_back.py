@@ -35,7 +35,7 @@ def fly_a_substep(world, gaps):
         set_whole(w.island_pairs, k, k)
         predict(w, p, 0.0)
         p.path_limit = 0.0
-    until = substep_length(w, w.nears, 0.0)
+    until = substep_length(w, w.nears, 0, 0.0)
     for i in range(w.body_count):
         fly(body_at(w.bodies, i), until)
     for k in range(w.nears):

@@ -18,7 +18,7 @@ from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at,
 from contactlaw.world.data.call import address, ask_separation, call_roll, ready
 from contactlaw.world.data.demand import ROLL
 from contactlaw.world.data.kinds import BOX, DISC, ELLIPSOID
-from contactlaw.world.data.materials import friction_of, law_of, speed_numbers
+from contactlaw.world.data.materials import friction_of, law_of, memory_of, speed_numbers
 from contactlaw.world.data.quaternion import rotate
 from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED, RESIZED
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub, tangent
@@ -32,6 +32,7 @@ from contactlaw.world.shapes.geometry import (
     overlap_of_cores,
     set_initial_overlap,
 )
+from contactlaw.world.trees.mobility import clear
 
 # [rad] up to which the tangent turns by the first term of the series x, and is normalised by that of a root: its square
 # is then 1 - 3/4 x^4, which `state.UNIT` must allow
@@ -66,6 +67,7 @@ def begin_contact(w, k, overlap):
     a, b = body_at(w.bodies, q.body_a), body_at(w.bodies, q.body_b)
     radius, along = radius_of(w, q, a, b)
     reset(t, law, radius)
+    clear(memory_of(w, q.slot))  # else what the last contact here left would show in saved states
     t.mu = friction_of(pair_at(w.pairs, q.pair), shape_at(w.shapes, q.a), shape_at(w.shapes, q.b))
     t.friction = t.mu
     _, n, arm_a, arm_b = meet(shape_at(w.shapes, q.a), a, shape_at(w.shapes, q.b), b)
@@ -200,6 +202,12 @@ def update_initial_overlap(w, p):
         elif was_ignored:
             p.listed_gap, p.gap = -NEVER, 0.0
     return c.initial_overlap > 0.0
+
+
+@jit_inside
+def has_parted(p):
+    """Return whether a near pair has the slot of a contact that parted in this step and leaves no initial overlap."""
+    return p.slot >= 0 and p.closed == 0 and p.initial_overlap == 0.0
 
 
 @jit_inside
