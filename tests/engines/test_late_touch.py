@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import pytest
+from mujoco_scenes import mujoco
 
-mujoco = pytest.importorskip("mujoco")
-
-from contactlaw import ContactPair  # noqa: E402
-from contactlaw.mujoco_plugin import load_model  # noqa: E402
+from contactlaw import ContactPair
+from contactlaw.mujoco_plugin import load_model
 
 BODY = """<body pos="{}" quat="{}"><freejoint/>{}<body pos="0 0 .08"><joint type="ball"/>
 <geom name="tip{}" size=".02" density="2000"/></body></body>"""
