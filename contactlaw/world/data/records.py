@@ -60,7 +60,7 @@ BODY = record(
     delta_v="f8",  # [m/s] by which impacts may change the velocity of its surface within a window, at most
     # [m] that its surface has moved in the substeps of a window, at most, and may in the next; see `watching.watch`
     path="f8", next_path="f8", watched_path="f8",
-    lever="f8", square_rate="f8", pressing="i8",  # longest arm [m]; see `pace.add_square_rate` [1/s^2]; how many closed
+    square_rate="f8", pressing="i8",  # see `pace.add_square_rate` [1/s^2]; how many are closed
     island="i8", head="i8", link="i8",  # parent in the union-find of islands; an island's first pair; its next body
     # broad phase
     listed_position=VECTOR, turned="f8",  # position when near pairs were last listed, and angle [rad] turned since

@@ -64,7 +64,6 @@ from contactlaw.world.window import activate, list_anew, list_islands, predict_a
 GAMMA = 1.0 - sqrt(0.5)  # length of a stage, as a share of the step
 MAX_ITERATIONS, MAX_FACTORISATIONS = 25, 12  # of Newton's method in a stage; steps that need more hardly ever converge
 CONTRACTION = 0.1  # ratio of successive residuals up to which the factors of the matrix are kept
-NEW_CONTRACTION = CONTRACTION * CONTRACTION  # the same expected of new factors; mostly it is that of `force.PROBE`
 
 
 def take_implicit_steps(w):
@@ -178,7 +177,6 @@ def begin_step(w, bodies, pairs):
         k = whole_at(w.island_bodies, i)
         save_body(w, k)
         b = body_at(w.bodies, k)
-        b.lever = b.reach + b.size
         if b.tree != 0:
             if b.member == 0:
                 t = tree_at(b.tree, 0)
@@ -204,8 +202,6 @@ def begin_step(w, bodies, pairs):
         store(r.impulse, (0.0, 0.0, 0.0))
         if r.slot >= 0:
             save_contact(w, r.slot)
-            c, a, b = contact_at(w.contacts, r.slot), body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            a.lever, b.lever = max(a.lever, norm(load(c.arm_a))), max(b.lever, norm(load(c.arm_b)))
 
 
 @jit_inside
@@ -265,7 +261,7 @@ def solve(w, bodies, pairs, stage, time, previous):
         if not moving or residual <= tolerance < NEVER:
             return True
         new = not residual < CONTRACTION * previous
-        contraction = NEW_CONTRACTION if new else residual / previous
+        contraction = CONTRACTION if new else residual / previous
         if new:
             if factorisations == MAX_FACTORISATIONS:
                 return False
@@ -291,7 +287,7 @@ def solve(w, bodies, pairs, stage, time, previous):
 
 @jit_inside
 def residual_speed(w, bodies):
-    """Return the greatest change of velocity [m/s] that the residual momentum causes at the points of contacts.
+    """Return the greatest change of velocity that the residual momentum causes [m/s], that of spin [rad/s] added.
 
     Contacts only reduce that change. In a tree it is the greatest ratio of a residual to its entry on the diagonal of
     M. NEVER if a force is not finite, which the maximum alone would not show.
@@ -302,7 +298,7 @@ def residual_speed(w, bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, k))
         o, change = b.unknown, 0.0
         if o >= 0 and b.tree == 0:
-            change = b.inverse_mass * norm(load(right[o:])) + b.lever * norm(spin_change(b, load(right[o + 3 :])))
+            change = b.inverse_mass * norm(load(right[o:])) + norm(spin_change(b, load(right[o + 3 :])))
         elif o >= 0 and b.member == 0:
             for i in range(o, o + tree_at(b.tree, 0).v_size):
                 change, total = max(change, abs(right[i]) / m[i, i]), total + right[i]
