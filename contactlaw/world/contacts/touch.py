@@ -205,9 +205,9 @@ def update_initial_overlap(w, p):
 
 
 @jit_inside
-def has_parted(p):
+def has_parted(w, p):
     """Return whether a near pair has the slot of a contact that parted in this step and leaves no initial overlap."""
-    return p.slot >= 0 and p.closed == 0 and p.initial_overlap == 0.0
+    return p.slot >= 0 and p.closed == 0 and contact_at(w.contacts, p.slot).initial_overlap == 0.0
 
 
 @jit_inside
