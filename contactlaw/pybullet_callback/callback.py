@@ -112,7 +112,7 @@ class ContactCallback:
 
         Raises:
             ValueError: Unknown ids, the same body twice, a pair that this or another callback has already, shapes that
-                touch in more than one point, no radius, substeps.
+                touch in more than one point, no radius, substeps, more combinations of sets than groups.
         """
         checks.instance("pair", pair, ContactPair)
         a = read_sides(self._client, "a", body_a, link_a)

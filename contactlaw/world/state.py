@@ -79,7 +79,7 @@ def write(w, out):
     count, lost, at = 0, 0, HEAD
     for k in range(w.nears):
         p = near_at(w.near, k)
-        if p.closed == 0 and (p.initial_overlap == 0.0 or has_parted(w, p)):
+        if p.closed == 0 and p.initial_overlap == 0.0:
             continue
         if count == room:
             lost += 1
@@ -104,7 +104,7 @@ def write(w, out):
         copy(pair_at(w.pairs, i).ledger, out[at + LEDGER * i :])
     for k in range(w.nears):
         p = near_at(w.near, k)
-        if has_parted(w, p):
+        if has_parted(p):
             add_to_ledger(contact_at(w.contacts, p.slot), out[at + LEDGER * p.pair :])
     count_slots(w)
     for slot in range(w.slots if w.spares < w.contact_room else 0):

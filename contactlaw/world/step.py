@@ -293,7 +293,7 @@ def begin_pairs(w):
         p = near_at(w.near, k)
         if body_at(w.bodies, p.body_a).done == 0 and body_at(w.bodies, p.body_b).done == 0:
             p.checked = -1.0
-        if has_parted(w, p):
+        if has_parted(p):
             release(w, p.slot)
             p.slot = -1
     for slot in range(w.slots if w.spares < w.contact_room else 0):

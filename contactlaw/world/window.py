@@ -42,7 +42,7 @@ def predict_all(w, now, step):
         if p.closed != 0 or is_left_out(a, b):
             continue
         if a.changed != 0 or b.changed != 0 or p.toi <= now:
-            if stays_open(w, p, step, 0.0) or (w.age != 0 and now == 0.0 and is_open_for_sure(w, p, step, 0.0)):
+            if remains_open(w, p, now, step, 0.0):
                 p.toi, p.checked = NEVER, -1.0
             else:
                 predict(w, p, max(flight_start(a), flight_start(b)))
@@ -53,6 +53,15 @@ def predict_all(w, now, step):
     for n in range(w.near_body_count):
         body_at(w.bodies, whole_at(w.near_bodies, n)).changed = 0
     return first
+
+
+@jit_inside
+def remains_open(w, p, now, until, more):
+    """Return `guards.stays_open` of a near pair until a time of the step [s]; more: distance [m] to allow for.
+
+    If the list must not show its age, a pair in doubt is measured at the start of the step.
+    """
+    return stays_open(w, p, until, more) or (w.age != 0 and now == 0.0 and is_open_for_sure(w, p, until, more))
 
 
 @jit_inside
@@ -153,8 +162,7 @@ def may_close(w, p, now, until):
         return False
     gained = a.delta_v + b.delta_v
     if p.checked != now:
-        more = length * DELTA_V_MARGIN * gained
-        if stays_open(w, p, until, more) or (w.age != 0 and now == 0.0 and is_open_for_sure(w, p, until, more)):
+        if remains_open(w, p, now, until, length * DELTA_V_MARGIN * gained):
             return False
         toi = p.toi
         predict(w, p, now)

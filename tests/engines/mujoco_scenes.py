@@ -15,6 +15,14 @@ from contactlaw.mujoco_plugin import add_contact  # noqa: E402
 RADIUS, DENSITY = 0.0254, 7833.0
 MASS = 4.0 / 3.0 * np.pi * RADIUS**3 * DENSITY
 GEOM = mujoco.mjtGeom
+WHOLE = mujoco.mjtState.mjSTATE_FULLPHYSICS
+
+
+def state_of(model, data):
+    """All that a run goes on from."""
+    state = np.empty(mujoco.mj_stateSize(model, WHOLE))
+    mujoco.mj_getState(model, data, state, WHOLE)
+    return state
 
 
 BALL = """<mujoco><option timestep=".002"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>

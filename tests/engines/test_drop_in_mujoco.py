@@ -1,6 +1,7 @@
 """The law in MuJoCo models that others wrote: files, names, what is refused, and two libraries of environments."""
 
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -236,6 +237,20 @@ def test_pusher_of_gymnasium():
 
     hits = gymnasium_example.check()
     assert set(hits) == {"engine", "law"}
+
+
+def test_parts_that_start_in_each_other_and_part_are_not_thrown():
+    """Nor is a slot freed twice, where a pair that has lost its initial overlap touches anew."""
+    gymnasium = pytest.importorskip("gymnasium")
+    path = Path(gymnasium.__file__).parent / "envs" / "mujoco" / "assets" / "humanoidstandup.xml"
+    rubber = ContactPair("rubber", "rubber", friction=0.8, restitution=0.5)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ContactWarning)  # of the initial overlaps
+        model = load_model(path, [("*", "*", rubber)])
+        data = mujoco.MjData(model)
+        for _ in range(150):
+            mujoco.mj_step(model, data)
+            assert np.abs(data.qvel).max() < 10.0
 
 
 @pytest.mark.parametrize(

@@ -3,28 +3,13 @@
 import subprocess
 import sys
 import warnings
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from mujoco_scenes import ball_on_floor, mujoco, steel_pair, with_data
+from mujoco_scenes import WHOLE, ball_on_floor, mujoco, state_of, steel_pair, with_data
 
-from contactlaw import MATERIALS, ContactPair, ContactWarning, Material
+from contactlaw import ContactPair, ContactWarning, Material
 from contactlaw.mujoco_plugin import contacts_of, instances_of, ledger_of, load_model
-from contactlaw.mujoco_plugin.block import HEAD
-from contactlaw.mujoco_plugin.layout import record_at
-from contactlaw.world.data.records import WORLD
-from sims.heap import poured
-from sims.scene import Settings
-
-WHOLE = mujoco.mjtState.mjSTATE_FULLPHYSICS
-
-
-def state_of(model, data):
-    """All that a run goes on from."""
-    state = np.empty(mujoco.mj_stateSize(model, WHOLE))
-    mujoco.mj_getState(model, data, state, WHOLE)
-    return state
 
 
 def test_what_is_remembered_changes_with_steps_alone():
@@ -60,154 +45,6 @@ def test_a_restart_in_mid_contact_is_bit_exact():
         mujoco.mj_step(model, other, 100)
         assert np.array_equal(other.qvel, data.qvel)
         assert np.array_equal(other.plugin_state, data.plugin_state)
-
-
-def goes_on_from_all(model, saved, count):
-    """Set one mjData back to each state, and step it while the next ones of so many are known."""
-    other = mujoco.MjData(model)
-    for first in range(len(saved) - count + 1):
-        mujoco.mj_setState(model, other, saved[first], WHOLE)
-        for number in range(first + 1, first + count):
-            mujoco.mj_step(model, other)
-            assert np.array_equal(state_of(model, other), saved[number]), (first, number)
-
-
-def test_a_heap_set_back_at_any_step_goes_on_to_the_bit():
-    """While it falls, lands, waits with its implicit steps, lies, falls asleep and sleeps; into data used before."""
-    world = poured(Settings("mujoco", timestep=2e-3), 8)
-    world.start()
-    data = world.data
-    saved, waited, slept = [], 0, 0
-    for _ in range(320):
-        saved.append(state_of(world.model, data))
-        mujoco.mj_step(world.model, data)
-        numbers = data.plugin_state
-        waited += int(((numbers < 0.0) & (numbers > -64.0) & (numbers == np.floor(numbers))).sum() >= 8)
-        slept += int(not data.qvel.any())
-    assert waited > 10 and slept > 100
-    goes_on_from_all(world.model, saved, 20)
-    world.close()
-
-
-def test_a_box_set_back_at_any_step_goes_on_to_the_bit(tmp_path):
-    """It strikes the floor, tumbles and comes to lie: its angular momentum is that of the spin in the state alone."""
-    file = tmp_path / "box.xml"
-    file.write_text(
-        "<mujoco><option timestep='1e-3' integrator='implicit'/><worldbody><geom type='plane' size='1 1 1'/>"
-        "<body pos='0 0 .05' euler='20 15 5'><freejoint/><geom type='box' size='.02 .015 .01' pos='.003 0 0'/></body>"
-        "</worldbody></mujoco>"
-    )
-    model = load_model(file, [("*", "*", steel_pair(friction=0.3, restitution=0.3))])
-    data, saved = mujoco.MjData(model), []
-    for _ in range(300):
-        saved.append(state_of(model, data))
-        mujoco.mj_step(model, data)
-    goes_on_from_all(model, saved, 5)
-
-
-OFF = (
-    "<body pos='{} 0 {}' euler='20 15 5'><freejoint/><geom type='sphere' size='.02' density='1000'/>"
-    "<geom type='sphere' size='.01' pos='.008 .003 .015' density='5000'/></body>"
-)
-BOX = "<body pos='{} 0 {}' euler='20 15 5'><freejoint/><geom type='box' size='.02 .015 .01' pos='.003 0 0'/></body>"
-LYING = (
-    "<body pos='0 0 .06'><freejoint/><geom type='capsule' fromto='-.1 0 0 0 0 0' size='.02'/>"
-    "<body><joint name='knee' axis='0 1 0' damping='.05'/>"
-    "<geom type='capsule' fromto='0 0 0 .1 0 0' size='.015'/></body></body>"
-)
-
-
-@pytest.mark.parametrize(
-    ("bodies", "steps"),
-    [(OFF.format(0, 0.06) + OFF.format(0.03, 0.12), 400),
-     ("".join(BOX.format(0.004 * i, 0.05 + 0.06 * i) for i in range(3)), 400)],
-    ids=["two that spin on", "boxes"],
-)  # fmt: skip
-def test_bodies_off_their_centres_set_back_at_any_step_go_on_to_the_bit(bodies, steps):
-    """They tumble in flight, strike the floor and each other, spin on it, come to lie and fall asleep."""
-    model = law_for(bodies)
-    data, saved = mujoco.MjData(model), []
-    for _ in range(steps):
-        saved.append(state_of(model, data))
-        mujoco.mj_step(model, data)
-    goes_on_from_all(model, saved, 12)
-
-
-@pytest.mark.parametrize("floor", ["type='plane' size='5 5 1'", "type='box' size='5 5 .1' pos='0 0 -.1'"])
-def test_a_box_that_slides_keeps_its_list_of_near_pairs_and_goes_on_to_the_bit_without_it(floor):
-    model = law_for("<body pos='0 0 .02'><freejoint/><geom type='box' size='.03 .02 .02' mass='1'/></body>", floor)
-    data, saved = mujoco.MjData(model), []
-    mujoco.mj_step(model, data, 300)
-    data.qvel[:] = [0.5, 0.1, 0.0, 0.0, 0.0, 1.0]
-    world = record_at(int(record_at(int(data.plugin_data[0]), HEAD, 1)["world"][0]), WORLD, 1)
-    before = int(world["lists"][0])
-    for _ in range(60):
-        saved.append(state_of(model, data))
-        mujoco.mj_step(model, data)
-    assert int(world["lists"][0]) - before < 30  # one in each step, before they were kept
-    goes_on_from_all(model, saved, 10)
-
-
-@pytest.mark.parametrize("seed", [2, 28, 29, 44])
-def test_random_boxes_meshes_and_cylinders_set_back_go_on_to_the_bit_with_their_ledger(seed):
-    """Contacts part together, leave initial overlaps and take slots that others have used."""
-    draw, steel = np.random.default_rng(seed), MATERIALS["steel"]
-    count = draw.integers(1, 5)
-    rock = " ".join(map(str, (0.015 * draw.normal(size=(14, 3))).ravel()))
-    bodies = ""
-    for i in range(count):
-        kind = draw.choice(["box", "mesh", "cylinder", "box"])
-        sizes = {"box": draw.uniform(0.008, 0.025, 3), "mesh": (), "cylinder": draw.uniform(0.008, 0.02, 2)}[kind]
-        shape = "mesh='rock'" if kind == "mesh" else f"size='{' '.join(map(str, sizes))}'"
-        place = (*draw.uniform(-0.01, 0.01, 2), 0.04 + 0.045 * i)
-        bodies += (
-            f"<body pos='{' '.join(map(str, place))}' euler='{' '.join(map(str, draw.uniform(-60, 60, 3)))}'>"
-            f"<freejoint/><geom type='{kind}' {shape}/></body>"
-        )
-    floor = draw.choice(["type='plane' size='1 1 1'", "type='box' size='1 1 .1' pos='0 0 -.1'"])
-    model = load_model(
-        f"<mujoco><option timestep='{draw.choice([1e-3, 2e-3, 4e-3])}'/>"
-        f"<asset><mesh name='rock' vertex='{rock}'/></asset><worldbody><geom {floor}/>{bodies}</worldbody></mujoco>",
-        [("*", "*", ContactPair(steel, MATERIALS["rubber"] if seed % 2 else steel, 0.3, 0.5))],
-    )
-    data, saved = mujoco.MjData(model), []
-    data.qvel[:] = np.tile(np.r_[0.3 * draw.normal(size=3), 5.0 * draw.normal(size=3)], count)
-    for _ in range(120):
-        saved.append(state_of(model, data))
-        mujoco.mj_step(model, data)
-    goes_on_from_all(model, saved, 12)
-
-
-def test_a_tree_that_sleeps_goes_on_sleeping_where_it_is_set_back_and_wakes_for_what_is_new():
-    """In an mjData used before, in a new one, in a copy, in two threads; what pushes it anew is felt at once."""
-    model = law_for(LYING)
-    data, saved = mujoco.MjData(model), []
-    for _ in range(900):
-        saved.append(state_of(model, data))
-        mujoco.mj_step(model, data)
-    asleep = [number for number, state in enumerate(saved) if not state[1 + model.nq :][: model.nv].any()]
-    first = asleep[1]
-    assert asleep[1:] == list(range(first, len(saved)))
-    goes_on_from_all(model, saved[first - 30 :], 25)
-    copy = mujoco.MjData(model)
-    mujoco.mj_setState(model, copy, saved[first], WHOLE)
-    mujoco.mj_step(model, copy)
-    with ThreadPoolExecutor(2) as pool:
-        others = [mujoco.MjData(model) for _ in range(2)]
-        for other in others:
-            mujoco.mj_copyData(other, model, copy)
-        list(pool.map(lambda other: mujoco.mj_step(model, other, 50), others))
-    for other in others:
-        assert np.array_equal(state_of(model, other), saved[first + 51])
-    mujoco.mj_setState(model, copy, saved[-1], WHOLE)
-    copy.qfrc_applied[model.joint("knee").dofadr[0]] = 1.0
-    mujoco.mj_step(model, copy)
-    assert copy.qvel.any()
-
-
-def law_for(bodies, floor="type='plane' size='1 1 1'"):
-    text = f"<mujoco><option timestep='2e-3'/><worldbody><geom {floor}/>{bodies}</worldbody></mujoco>"
-    return load_model(text, [("*", "*", steel_pair(friction=0.3, restitution=0.5))])
 
 
 @pytest.mark.parametrize("what", ["nothing", "place", "size"])

@@ -196,7 +196,7 @@ def update_initial_overlap(w, p):
             if overlap > -BACK * (shape_at(w.shapes, p.a).radius + shape_at(w.shapes, p.b).radius):
                 return True
             overlap, w.stale = 0.0, 1
-        c.initial_overlap = set_initial_overlap(w, p, min(c.initial_overlap, overlap))
+        c.initial_overlap = set_initial_overlap(w, p, max(min(c.initial_overlap, overlap), 0.0))
         if is_ignored(p):
             p.listed_gap = NEVER  # so that its guard keeps it from being measured
         elif was_ignored:
@@ -205,9 +205,9 @@ def update_initial_overlap(w, p):
 
 
 @jit_inside
-def has_parted(w, p):
+def has_parted(p):
     """Return whether a near pair has the slot of a contact that parted in this step and leaves no initial overlap."""
-    return p.slot >= 0 and p.closed == 0 and contact_at(w.contacts, p.slot).initial_overlap == 0.0
+    return p.slot >= 0 and p.closed == 0 and p.initial_overlap == 0.0
 
 
 @jit_inside
