@@ -16,7 +16,7 @@ from contactlaw.world.bodies.motion import fly, mobility_bound
 from contactlaw.world.contacts.pace import closing_speed, contact_duration, touch_duration
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, tree_at
 from contactlaw.world.data.call import call_with_body
-from contactlaw.world.data.records import FRESH, NEVER
+from contactlaw.world.data.records import FRESH, NEVER, SETTLED
 from contactlaw.world.data.vec import load, norm, sub
 from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, is_open_for_sure, path_bound, stays_open
 from contactlaw.world.near.listing import list_near, may_leave_margin
@@ -133,23 +133,23 @@ def activate(w, now, until):
         changed = False
         for k in range(w.nears):
             p = near_at(w.near, k)
-            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             if first_pass:
                 p.active = 0
+            if p.active == SETTLED:
+                continue
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             if is_left_out(a, b):
                 continue
             if p.active != 0:
-                if transmits(a, b):  # else nothing has changed its bound
-                    changed = bound_delta_v(w, p, a, b, length, enough) or changed
+                changed = bound_delta_v(w, p, a, b, length, enough) or changed
                 continue
             if p.closed == 0 and (not first_pass or p.toi > until) and not may_close(w, p, now, until):
                 continue
-            p.active = 1
-            changed = True
+            p.active = 1 if transmits(a, b) else SETTLED
             fly(a, now)
             fly(b, now)
             sleeper = sleeper or a.asleep != 0 or b.asleep != 0
-            bound_delta_v(w, p, a, b, length, enough)
+            changed = bound_delta_v(w, p, a, b, length, enough) or changed
             join(w, p.body_a, p.body_b)
         first_pass = False
     return sleeper
