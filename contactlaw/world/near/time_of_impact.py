@@ -79,7 +79,7 @@ def predict(w, p, now):
 
 @jit_inside
 def find_gap(w, p, now):
-    """Find what `predict` finds but for the time of impact, which then does not depend on who has looked at the pair."""
+    """Find what `predict` finds, except for the time of impact: that must not depend on who has looked at the pair."""
     toi = p.toi
     predict(w, p, now)
     p.toi = toi
