@@ -145,7 +145,9 @@ def first_substeps(w, pairs, t, now, until):
     """
     whole = until - now
     for i in range(pairs):
-        near_at(w.near, whole_at(w.island_pairs, i)).path_limit = 0.0
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+        p.path_limit = a.path + b.path + (gap_bound(w, p, a, b)[0] if p.closed == 0 else 0.0)
     h = substep_length(w, pairs, 0, t)
     if h > until - t and until == w.step:  # a touch shortly before the step's end: the impact continues in the next
         whole = w.step

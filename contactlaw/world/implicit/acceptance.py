@@ -20,6 +20,7 @@ from contactlaw.world.data.kinds import DISC, SIDE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.saved import saved_contact
 from contactlaw.world.data.vec import cross, dot, load, norm, sub, to_body, to_world
+from contactlaw.world.near.time_of_impact import find_gap
 from contactlaw.world.shapes.core import CROWN
 
 MAX_WHIRL = 0.01  # [rad] by which the deepest point of a disc may run round its rim in an implicit step
@@ -79,6 +80,8 @@ def strikes(w, p):
     """Return whether a pair strikes within the step, or has a contact that an implicit step cannot take."""
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     if p.closed == 0:
+        if p.checked != 0.0:
+            find_gap(w, p, 0.0)
         if p.gap < 0.0 and -p.gap > TOUCHING * radius_of(w, p, a, b)[0]:
             return True  # so that `touch.begin_contact` treats the overlap as an initial one
         if turns_far(w, a) or turns_far(w, b):

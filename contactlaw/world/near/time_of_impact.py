@@ -78,6 +78,14 @@ def predict(w, p, now):
 
 
 @jit_inside
+def find_gap(w, p, now):
+    """Find what `predict` finds, except for the time of impact: that must not depend on who has looked at the pair."""
+    toi = p.toi
+    predict(w, p, now)
+    p.toi = toi
+
+
+@jit_inside
 def find_time(w, p, a, b, now, left):
     """Find what `predict` sets; left: time to the end of the step [s].
 

@@ -94,33 +94,29 @@ def kick(b, impulse, moment):
 
 @jit_inside
 def apply_pending(t):
-    """Change the velocities by all pending impulses together; soft limits resist them."""
+    """Change the velocities by all pending impulses together; then soft limits resist that change, also together."""
     if t.kicked == 0:
         return
     t.kicked = 0
     n = t.v_size
-    x, m, due = vector(t.x, n), vector(t.factor, (n, n)), vector(t.pending, n)
+    x, due, resisted = vector(t.x, n), vector(t.pending, n), False
     copy(due, x)
     clear(due)
-    solve_lt(t, m, x, n - 1, True)
-    solve_ld(t, m, x)
-    add_velocity(t, x)
+    add_response(t, x)
     for k in range(n):
-        back = limit_impulse(t, k, x[k]) if axis_at(t.axes, k).side != 0.0 else 0.0
-        if back != 0.0:
-            answer = vector(t.room, n)
-            clear(answer)
-            answer[k] = back
-            solve_lt(t, m, answer, k, False)
-            solve_ld(t, m, answer)
-            add_velocity(t, answer)
+        x[k] = limit_impulse(t, k, x[k])
+        resisted = resisted or x[k] != 0.0
+    if resisted:
+        add_response(t, x)
     spread_velocity(t)
 
 
 @jit_inside
-def add_velocity(t, x):
-    """Add x to the velocities."""
-    v, push = vector(t.v, t.v_size), vector(t.kick_v, t.v_size)
+def add_response(t, x):
+    """Add the response to generalised impulses x to the velocities; x <- that response."""
+    m, v, push = vector(t.factor, (t.v_size, t.v_size)), vector(t.v, t.v_size), vector(t.kick_v, t.v_size)
+    solve_lt(t, m, x, t.v_size - 1, True)
+    solve_ld(t, m, x)
     for k in range(t.v_size):
         v[k] += x[k]
         push[k] += x[k]
