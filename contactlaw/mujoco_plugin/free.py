@@ -5,9 +5,8 @@ integrators but Runge-Kutta MuJoCo's velocity is half a step of acceleration beh
 a) is a parabola if the velocity at x0 is v0 + dt/2 a. If a contact is closed at the end of a step, the velocity written
 is the true one, so that a body at rest has none. If a force lifts a body off its contacts within a step, the half step
 that its velocity is then behind includes that force only as far as it acted in the step before: a kick for one step
-would otherwise be half a kick, as the engine does not repeat it in the next step. The spin is read and written without
-the gyroscopic part of this half step: that part is normal to the spin, so each time it would add its square to the
-energy.
+would otherwise be half a kick, as the engine does not repeat it in the next step. The half step of the spin keeps the
+energy, see `spin_after`.
 """
 
 from math import sqrt
@@ -17,7 +16,7 @@ import numpy as np
 from contactlaw.memory import copy_wholes, same_wholes
 from contactlaw.mujoco_plugin.block import floats, free_at, shifted
 from contactlaw.mujoco_plugin.layout import data_at, jit
-from contactlaw.world.bodies.motion import set_axes, spin_change, spin_rate, update_momentum
+from contactlaw.world.bodies.motion import set_axes, spin_after, spin_rate, update_momentum
 from contactlaw.world.contacts.force import is_quasi_static
 from contactlaw.world.data.access import body_at, world_at
 from contactlaw.world.data.quaternion import load4, product, store4, turn_by
@@ -149,7 +148,7 @@ def lead_free(head, f):
         return
     _, arm = frame_of(f, floats(head.start, 1 + f.q, 7))
     velocity = axpy(head.lag, origin_acceleration(b, arm), sub(load(b.velocity), cross(load(b.spin), arm)))
-    store(b.spin, axpy(head.lag, spin_change(b, load(b.torque)), load(b.spin)))
+    store(b.spin, spin_after(b, load(b.spin), head.lag))
     store(b.velocity, add(velocity, cross(load(b.spin), arm)))
 
 
@@ -223,7 +222,7 @@ def write_free(head, f, pushes_io):
             store(b.acceleration, add(load(head.gravity), share_of(load(before), push)))
             store(b.torque, share_of(load(wrench), moment))
         velocity = axpy(-head.lag, origin_acceleration(b, arm), velocity)
-        spin = axpy(-head.lag, spin_change(b, load(b.torque)), spin)
+        spin = spin_after(b, spin, -head.lag)
     store(before, push)
     store(wrench, moment)
     store(q, sub(load(b.position), arm))

@@ -3,7 +3,7 @@
 from contactlaw.jit import jit, jit_inside
 from contactlaw.pybullet_callback import rows
 from contactlaw.pybullet_callback.read import read_accelerations
-from contactlaw.world.bodies.motion import set_axes, spin_rate
+from contactlaw.world.bodies.motion import set_axes, spin_after, spin_rate
 from contactlaw.world.data.access import body_at, contact_at, near_at, world_at
 from contactlaw.world.data.call import address, call_step, ready
 from contactlaw.world.data.demand import STEP
@@ -110,8 +110,7 @@ def write_touched(head, k, r, b):
         store(b.torque, share_of(load(r.wrench), moment))
     store(r.usual, push)
     store(r.wrench, moment)
-    v, spin = axpy(lag, load(b.acceleration), load(b.velocity)), load(b.spin)
-    spin = axpy(lag, spin_rate(b, spin), spin)
+    v, spin = axpy(lag, load(b.acceleration), load(b.velocity)), spin_after(b, load(b.spin), lag)
     store(b.torque, moment)
     gained = sub(scale(1.0 / dt, sub(v, load(m.velocity))), a)
     store(r.force, scale(r.mass, gained))

@@ -4,7 +4,8 @@ Bullet steps v <- v + dt a, then x <- x + dt v: its velocity belongs to half a s
 dt (v0 + dt a) is a parabola if the velocity at x0 is v0 + dt/2 a. So velocities are read and written; but if a contact
 is closed at the end of a step the true velocity is written, so that a body at rest has none. For a body that has lifted
 off within the step, a includes the forces of that step only as far as they acted in the step before: Bullet does not
-repeat a kick for one step in the next. The same holds for the spin, with the gyroscopic rate of change.
+repeat a kick for one step in the next. The same holds for the spin, see `spin_after`: by the explicit gyroscopic rate
+of change each reading and writing would raise the energy of what tumbles by the square of that half step.
 
 Bullet steps first, with the force of the contacts in the step before as a push on what is pressed. Then the world takes
 the same step with the accelerations that Bullet's step had besides that push, and pose and velocity of what contacts
@@ -18,7 +19,7 @@ from typing import Any
 from contactlaw.jit import jit_inside
 from contactlaw.laws.record import record
 from contactlaw.memory import element, set_whole
-from contactlaw.world.bodies.motion import set_axes, spin_rate
+from contactlaw.world.bodies.motion import set_axes, spin_after
 from contactlaw.world.data.quaternion import product, store4, unit
 from contactlaw.world.data.records import VECTOR
 from contactlaw.world.data.vec import axpy, load, norm, scale, store, to_body, to_world
@@ -96,7 +97,7 @@ def set_body(r, b, dt):
     set_axes(b)
     lag = 0.5 * dt if r.pressed == 0 and r.mass > 0.0 else 0.0
     store(b.velocity, axpy(lag, load(b.acceleration), load(m.velocity)))
-    store(b.spin, axpy(lag, spin_rate(b, load(m.spin)), load(m.spin)))
+    store(b.spin, spin_after(b, load(m.spin), lag))
 
 
 @jit_inside

@@ -31,6 +31,40 @@ def test_the_ball_is_where_its_bounce_puts_it(integrator):
         assert data.qpos[2] - RADIUS == pytest.approx(expected, abs=2e-5)
 
 
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_a_tumbling_rod_hit_by_a_ball_keeps_angular_momentum(integrator):
+    """The spin is read and written half a step behind, with the gyroscopic rate of change."""
+    step, inertia, place = 1e-3, np.array([1.5e-3, 1.5e-3, 8e-5]), [0.04, 0.0, 0.1]
+    spec = mujoco.MjSpec()
+    rod = spec.worldbody.add_body(name="rod", mass=0.4, inertia=inertia, explicitinertial=True)
+    rod.add_freejoint()
+    rod.add_geom(name="side", type=GEOM.mjGEOM_CAPSULE, size=[0.02, 0.1, 0.0])
+    free_ball(spec, [0.02 + RADIUS + 1e-2, *place[1:]])
+    add_contact(spec, "side", "ball", steel_pair())
+    spec.option.timestep, spec.option.integrator, spec.option.gravity = step, INTEGRATORS[integrator], [0.0, 0.0, 0.0]
+    model, data = with_data(spec.compile())
+    data.qvel[3:7] = 1.0, -2.0, 5.0, -2.0
+
+    def angular():
+        total = np.zeros(3)
+        for k in range(2):
+            turn, moments, spin = np.zeros(9), model.body_inertia[k + 1], data.qvel[6 * k + 3 : 6 * k + 6]
+            mujoco.mju_quat2Mat(turn, data.qpos[7 * k + 3 : 7 * k + 7])
+            if integrator != "RK4":
+                spin = spin - 0.5 * step * np.cross(spin, moments * spin) / moments
+            momentum = model.body_mass[k + 1] * data.qvel[6 * k : 6 * k + 3]
+            total += np.cross(data.qpos[7 * k : 7 * k + 3], momentum) + turn.reshape(3, 3) @ (moments * spin)
+        return total
+
+    jumps, last = [], angular()
+    for _ in range(10):
+        mujoco.mj_step(model, data)
+        jumps.append(np.abs(angular() - last).max())
+        last = angular()
+    assert data.qvel[6] > -1.9
+    assert max(jumps) < 1e-6
+
+
 def test_what_changes_at_rest_is_noticed():
     """Gravity, an applied force, a place edited by hand: the contact follows, whatever it kept in mind."""
     pair = steel_pair(restitution=0.5)

@@ -13,6 +13,7 @@ from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, s
 
 LARGEST_TURN, MOST = 0.1, 1e4  # [rad] of a step of `tumble`; number of such steps, at most
 LEAST_MOBILITY = 1e-9  # of the mobility of the free body: least mobility of a tree's point
+MIDPOINTS, CLOSE = 12, 1e-20  # iterations of `spin_after`; squared relative change of a mean spin after which it ends
 EXACT = 1e-31  # squared relative error of a spin at which the iteration ends
 
 
@@ -137,6 +138,31 @@ def spin_change(b, moment):
 def spin_rate(b, w):
     """Return the angular acceleration [rad/s^2] of a free body without contacts, at a spin w."""
     return spin_change(b, sub(load(b.torque), gyroscopic(b, w)))
+
+
+@jit_inside
+def spin_after(b, w, h):
+    """Return the spin of a free body without contacts h [s] after it was w, or before; torques alone change its energy.
+
+    This is the implicit midpoint rule with the axes of now: I (w1 - w) = h (M + I m x m), m the mean spin. Each
+    iteration solves I m = I w + h/2 M + k x m with k = h/2 I m of the last one. Whatever k is, it does no work.
+    """
+    if b.isotropic != 0 or h == 0.0:
+        return axpy(h, spin_change(b, load(b.torque)), w)
+    i, own, moment = b.inverse_inertia, to_body(b.axes, w), scale(0.5 * h, to_body(b.axes, load(b.torque)))
+    d, mean, last = (1.0 / i[0], 1.0 / i[1], 1.0 / i[2]), own, ZERO
+    start = (d[0] * own[0] + moment[0], d[1] * own[1] + moment[1], d[2] * own[2] + moment[2])
+    for _ in range(MIDPOINTS):
+        change = sub(mean, last)
+        if dot(change, change) <= CLOSE * dot(mean, mean):
+            break
+        last = mean
+        k = (0.5 * h * d[0] * mean[0], 0.5 * h * d[1] * mean[1], 0.5 * h * d[2] * mean[2])
+        dk = (d[0] * k[0], d[1] * k[1], d[2] * k[2])
+        cofactors = (d[1] * d[2] * start[0], d[2] * d[0] * start[1], d[0] * d[1] * start[2])
+        mean = axpy(dot(k, start), k, add(cofactors, cross(dk, start)))
+        mean = scale(1.0 / (d[0] * d[1] * d[2] + dot(k, dk)), mean)
+    return sub(scale(2.0, to_world(b.axes, mean)), w)
 
 
 @jit_inside
