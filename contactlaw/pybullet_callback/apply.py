@@ -66,11 +66,11 @@ def write_bodies(head, w):
         if b.touched != 0 and r.mass > 0.0:
             write_touched(head, k, r, b)
         elif b.asleep != 0 or r.mass == 0.0:
-            rows.note_end(r, r.before, 0.0)
+            r.left = r.before
             if r.mass > 0.0 and not rows.same_motion(r.after, r.before):
                 rows.select(head, k)
         else:
-            rows.note_end(r, r.after, 0.0)
+            r.left = r.after
         if b.asleep != 0:  # the contacts carry what accelerates it
             store(r.force, scale(-r.mass, load(b.acceleration)))
             store(r.torque, scale(-1.0, load(b.torque)))
@@ -127,4 +127,3 @@ def write_touched(head, k, r, b):
     q[3], q[0], q[1], q[2] = turned
     store(r.left.velocity, v)
     store(r.left.spin, spin)
-    r.bullet_time = 0.0

@@ -3,14 +3,13 @@
 import struct
 from collections.abc import Callable, Iterable
 from functools import partial
-from operator import sub
 from typing import Any
 
 import numpy as np
 import pybullet as p
 
 from contactlaw.pybullet_callback.apply import finish_step
-from contactlaw.pybullet_callback.read import begin_step, find_pressed, select_pushed, stays_apart
+from contactlaw.pybullet_callback.read import begin_step, find_pressed, has_flown, rewind, select_pushed
 from contactlaw.pybullet_callback.rows import (
     ASLEEP,
     FLAGS,
@@ -22,6 +21,7 @@ from contactlaw.pybullet_callback.rows import (
     PASSED,
     PLACED,
     ROW,
+    STRAYED,
 )
 from contactlaw.pybullet_callback.shapes import BASE, Key, Measured, engine_parameters, name_of
 from contactlaw.pybullet_callback.stepping import STEP_BULLET
@@ -51,8 +51,8 @@ class Bodies:
     """The bodies of PyBullet that a world holds, and the steps that both take.
 
     A reading is written into the rows only where it differs from the last one. Some are spared: time step and gravity
-    while bodies in free fall show that they are as known, and while all bodies sleep; velocities before a step while
-    all bodies are far apart, see `_have_passed`.
+    while bodies in free fall show that they are as known, and while all bodies sleep; while all bodies are far apart
+    only poses after each step are read, see `_fly`.
 
     Args:
         client: Physics client id.
@@ -84,9 +84,7 @@ class Bodies:
         self.rows["left"]["position"] = np.nan
         self.outdated = False
         self._pushes = list[Callable[[], Any]]()
-        self.dt, self._parameters, self._falls = 0.0, (), False
-        self._fall: Any = ()  # change of velocity in a step of free fall
-        self._bounds: Any = ()  # least and greatest change that counts as free fall, within half of it
+        self.dt, self._parameters = 0.0, ()
         for one in trees:
             self.rows["in_tree"][one.members] = 1
         simple = np.flatnonzero(self.rows["in_tree"] == 0).tolist()
@@ -106,10 +104,18 @@ class Bodies:
             (read[1], partial(SIX_FORMAT.pack_into, self._bytes, at + VELOCITY_AFTER))
             for read, (_, at) in zip(self._bases, self._moving, strict=False)
         ]
-        self._fixed_links = [one for one in fixed if one[0][1] != BASE]
+        self._poses = [
+            (read[0], partial(POSE_FORMAT.pack_into, self._bytes, at + AFTER))
+            for read, (_, at) in zip(self._bases, self._moving, strict=False)
+        ]
+        self._fixed_links = [
+            (partial(p.getLinkState, *key, 1, 1, client), partial(MOTION_FORMAT.pack_into, self._bytes, at + BEFORE))
+            for key, at in fixed if key[1] != BASE
+        ]  # fmt: skip
         if not moves:
             self._read()
             self._bases, self._fixed_links = self._bases[: len(self._moving)], []
+        self._fixed = [one[0] for one in (*self._bases[len(self._moving) :], *self._fixed_links)]
 
     def bind(self, arrays: Arrays) -> None:
         """Set the addresses of the world's arrays in the head."""
@@ -119,9 +125,9 @@ class Bodies:
             a.ctypes.data for a in (self._state, self.rows, self._selected)
         )
         head["count"] = len(self.keys)
-        self._passed, self._sleep = False, False
+        self._flies, self._sleep = False, False
+        self._stood = list[Any]()  # poses of fixed bodies, as read
         self._last, self._after = [NOTHING] * len(self.keys), [()] * len(self.keys)  # read before and after a step
-        self._flown = list[Any]()  # velocities after a step in which all bodies were far apart
 
     def read_masses(self, rows: Iterable[int]) -> None:
         """Read masses and inertias of bodies without joints; wake those that have others than before.
@@ -156,7 +162,7 @@ class Bodies:
         if not (self._simple and self._parameters):
             self._read_parameters()
         sleep = self._sleep and not self._read()
-        pushed = 0 if sleep else self._begin_step()
+        pushed = PASSED if self._flies else 0 if sleep else self._begin_step()
         if sleep:  # the last push again
             for apply in self._pushes:
                 apply()
@@ -165,11 +171,8 @@ class Bodies:
         for one in self.trees:
             one.apply_push()
         STEP_BULLET(self._client)
-        if pushed == PASSED:
-            if self._have_passed():
-                return 0
-            begin_step(self._head_at)  # again: with the new velocities, time step or gravity bodies may touch
-            self._passed = False
+        if pushed == PASSED and self._fly():
+            return 0
         before, self._after = self._after, [velocity() for velocity, _ in self._velocities]
         if sleep:
             if before == self._after:
@@ -192,13 +195,13 @@ class Bodies:
         """Read all bodies and set those of the world; return how many are to be pushed, or PASSED."""
         for one in self.trees:
             one.start = one.read()
-        self._read(self._passed)
+        self._read()
+        return self._set_bodies()
+
+    def _set_bodies(self) -> int:
+        """Set the bodies of the world as they were read; return how many are to be pushed, or PASSED."""
         pushed = begin_step(self._head_at)
-        if self._passed and pushed != PASSED and self._read():
-            pushed = begin_step(self._head_at)
-        was_passed, self._passed = self._passed, pushed == PASSED
-        if self._passed:
-            self._flown = self._flown if was_passed else [velocity for _, velocity in self._last]
+        if pushed == PASSED:
             return pushed
         if pushed == NOT_FINITE:
             self._refuse()
@@ -223,35 +226,27 @@ class Bodies:
             return False
         self.dt, self._parameters = known[0], known
         STEP_FORMAT.pack_into(self._head, STEP_AT, *known)
-        self._fall = tuple(known[0] * own for own in known[1:])
-        slack = 0.5 * max(map(abs, self._fall))
-        self._bounds, self._falls = tuple((own - slack, own + slack) for own in self._fall), slack > 0.0
         return True
 
-    def _have_passed(self) -> bool:
-        """Read velocities after a step in which all bodies were far apart; return whether none can have touched in it.
+    def _fly(self) -> bool:
+        """Read poses after a step in which no two bodies could touch in free flight; return whether none can have.
 
-        They serve as those before the next step, which are not read: a velocity that the user has set in between shows
-        after that step. Half a step's fall, or half of the spin, does not matter, as `far_apart` looks ahead by two
-        steps.
+        They are those before the next step, which then is begun by nothing else: a pose or a velocity that the user
+        sets in between shows after that step. It is then taken back, and begun anew with what has been set.
         """
-        flown, strayed = self._flown, []
-        (a, b), (c, d), (e, f) = self._bounds
-        for i, (velocity, _) in enumerate(self._velocities):
-            (u, v, w), now = flown[i] = velocity()
-            (x, y, z), spin = self._last[i][1]
-            falls = e <= w - z <= f and a <= u - x <= b and c <= v - y <= d
-            if not falls or (now != spin and not sum(map(abs, map(sub, spin, now))) <= 0.5 * max(map(abs, spin))):
-                strayed.append(i)
-        if not strayed and self._falls:
-            return True
-        changed = self._read_parameters()
-        for i in strayed:
-            (q, r), (v, w) = self._last[i][0], flown[i]
-            v = tuple(now - gained for now, gained in zip(v, self._fall, strict=True))
-            self._last[i] = (q, r), (v, w)
-            self._bases[i][2](*q, *r, *v, *w)
-        return not changed and (not strayed or stays_apart(self._head_at))
+        for pose, write in self._poses:
+            x, q = pose()
+            write(*x, *q)
+        done = has_flown(self._head_at) if [pose() for pose in self._fixed] == self._stood else STRAYED
+        if done == STRAYED:
+            self._read()
+            self._read_parameters()
+            rewind(self._head_at)
+            if self._set_bodies() == PASSED:
+                done = has_flown(self._head_at)
+        self._flies = done == PASSED
+        self._last[: len(self._moving)] = [NOTHING] * len(self._moving)  # the rows have changed
+        return done != STRAYED
 
     def _finish_step(self) -> int:
         """Take the step of the world; return as `apply.write_bodies`."""
@@ -288,14 +283,11 @@ class Bodies:
     def _is_pressed(self, one: Tree) -> bool:
         return bool(self.rows["pressed"][one.members].any())
 
-    def _read(self, passed: bool = False) -> bool:
-        """Read poses and velocities of bodies into the rows; return whether one has changed.
-
-        passed: all bodies were far apart; their velocities are taken to be those that were read then.
-        """
-        new, last, flown, moving, moved = False, self._last, self._flown, len(self._moving), []
+    def _read(self) -> bool:
+        """Read poses and velocities of bodies into the rows; return whether one has changed."""
+        new, last, moving, moved = False, self._last, len(self._moving), []
         for i, (pose, velocity, write) in enumerate(self._bases):
-            state = pose(), flown[i] if passed else velocity()
+            state = pose(), velocity()
             if state != last[i]:
                 if i >= moving and last[i] is not NOTHING:
                     moved.append(self._base_rows[i])
@@ -304,9 +296,10 @@ class Bodies:
                 write(*x, *q, *v, *w)
         if moved:
             self.read_masses(moved)
-        for (body, link), at in self._fixed_links:
-            state = p.getLinkState(body, link, 1, 1, self._client)
-            MOTION_FORMAT.pack_into(self._bytes, at + BEFORE, *state[0], *state[1], *state[6], *state[7])
+        links = [read() for read, _ in self._fixed_links]
+        for (_, write), state in zip(self._fixed_links, links, strict=True):
+            write(*state[0], *state[1], *state[6], *state[7])
+        self._stood = [pose for pose, _ in last[moving : len(self._bases)]] + links
         return new
 
     def _push(self, number: int) -> None:

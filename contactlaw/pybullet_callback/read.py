@@ -8,9 +8,9 @@ from contactlaw.world.bodies.motion import gyroscopic, is_static, move_kinematic
 from contactlaw.world.data.access import body_at, near_at, shape_at, world_at
 from contactlaw.world.data.call import address, call_step
 from contactlaw.world.data.demand import STEP
-from contactlaw.world.data.quaternion import load4, store4
+from contactlaw.world.data.quaternion import load4, product, rotation_vector, store4
 from contactlaw.world.data.records import NEVER
-from contactlaw.world.data.vec import axpy, dot, load, norm, scale, store, sub
+from contactlaw.world.data.vec import add, axpy, dot, load, norm, scale, store, sub
 from contactlaw.world.near.guards import any_guard_exceeded, surface_speed
 from contactlaw.world.near.listing import list_near, may_leave_margin
 from contactlaw.world.shapes.geometry import meet
@@ -22,32 +22,24 @@ from contactlaw.world.step import FIND_PRESSED
 def begin_step(block):
     """Begin a step: read bodies and select those to be pushed; return how many.
 
-    Other results: PASSED: no two bodies can touch in this step or the next, and there is no more to do. PLACED: the
-    user has moved bodies. NOT_FINITE. A second call does the same again.
+    Other results: PASSED: no two bodies can touch in this step or the next, and there is no more to do but `has_flown`
+    after Bullet's step. PLACED: the user has moved bodies. NOT_FINITE. A second call does the same again.
     """
     head = rows.head_at(block, 0)
     w = world_at(head.world, 0)
     found = read_bodies(head, w)
     if found != 0:
         return found
-    apart = head.simple != 0 and w.spares == w.contact_room and w.step > 0.0
-    if not apart:
+    if head.simple == 0 or w.spares < w.contact_room or w.step != head.dt:
         return select_pushed(block)
     for k in range(head.count):
         b = body_at(w.bodies, k + 1)
         b.still = 1 if is_static(b) else 0
-        w.stale |= may_leave_margin(b, 2.0 * head.dt)
-    if any_guard_exceeded(w, -NEVER, 2.0 * head.dt):
-        w.stale = 1
-    if w.stale != 0:
-        list_near(w)
-        w.stale = 0 if 2 * w.nears <= w.near_room else 1
-    if w.stale != 0 or not far_apart(w, 2.0 * head.dt):
+    if not all_pass(head, w):
         return select_pushed(block)
     for k in range(head.count):
-        r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
-        b.turned += head.dt * norm(load(b.spin))  # Bullet turns it, the world does not
-        rows.note_end(r, r.before, head.dt if r.mass > 0.0 else 0.0)
+        r = rows.row_at(head.rows, k)
+        r.left = r.before
     return rows.PASSED
 
 
@@ -68,7 +60,7 @@ def read_bodies(head, w):
         store(b.acceleration, load(head.gravity) if r.mass > 0.0 else (0.0, 0.0, 0.0))
         store(b.torque, (0.0, 0.0, 0.0))
         r.placed = 0
-        if r.bullet_time == 0.0 and rows.same_motion(r.before, r.left):
+        if rows.same_motion(r.before, r.left):
             if b.asleep == 0 and (r.mass > 0.0 or not is_static(b)):
                 rows.set_body(r, b, head.dt)
             continue
@@ -82,10 +74,8 @@ def read_bodies(head, w):
             placed |= r.placed
             moved = moved or r.placed != 0
             continue
-        if r.mass > 0.0:  # expected is where its velocity takes it in the time for which Bullet has moved it
-            way = scale(r.bullet_time, v)
-            off = norm(sub(sub(x, load(r.left.position)), way))
-            r.placed = 0 if off <= rows.EXACT * (norm(x) + norm(way)) else 1
+        if r.mass > 0.0:
+            r.placed = 0 if norm(sub(x, load(r.left.position))) <= rows.EXACT * norm(x) else 1
         if r.mass == 0.0 or r.placed != 0:
             placed |= r.placed
             r.pressed, moved = 0, True
@@ -100,30 +90,108 @@ def read_bodies(head, w):
 
 
 @jit_inside
-def far_apart(w, time):
-    """Return whether no two near shapes can touch within a time [s]."""
+def all_pass(head, w):
+    """Return whether no two bodies can touch in this step or the next; bodies that Bullet might not turn as told may.
+
+    Lists near pairs anew if need be.
+    """
+    ahead = 2.0 * head.dt
+    for k in range(head.count):
+        b = body_at(w.bodies, k + 1)
+        if b.reach > 0.0 and b.still == 0 and head.dt * norm(load(b.spin)) >= rows.MOST_TURN:
+            return False
+        w.stale |= may_leave_margin(b, ahead)
+    if any_guard_exceeded(w, -NEVER, ahead):
+        w.stale = 1
+    if w.stale != 0:
+        list_near(w)
+        w.stale = 0 if 2 * w.nears <= w.near_room else 1
+    if w.stale != 0:
+        return False
     for k in range(w.nears):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
-        if time * (surface_speed(a, time) + surface_speed(b, time)) >= -overlap:
+        if ahead * (surface_speed(a, ahead) + surface_speed(b, ahead)) >= -overlap:
             return False
     return True
 
 
 @jit
-def stays_apart(block):
-    """After `begin_step` has found PASSED, and other velocities have been read: return whether that still holds."""
+def has_flown(block):
+    """After a step in which no two bodies could touch in free flight, and reading of poses: return how it went.
+
+    PASSED: nor can they in the next step, which needs no `begin_step`. STRAYED: a body has not flown freely from where
+    it was left, and all is as it was. 0: neither. As `all_pass` looks ahead by two steps, and by half of its fall less
+    for a body that rises, free flight includes twice the fall in a step, and half of the turn, more or less than due.
+    Velocities follow from the poses.
+    """
     head = rows.head_at(block, 0)
-    w, ahead = world_at(head.world, 0), 2.0 * head.dt
+    w, dt = world_at(head.world, 0), head.dt
+    fall = scale(dt * dt, load(head.gravity))
     for k in range(head.count):
         r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
-        if r.mass > 0.0:
-            rows.set_body(r, b, head.dt)
-            b.turned += head.dt * norm(load(b.spin))
-            if may_leave_margin(b, ahead):
-                return False
-    return not any_guard_exceeded(w, -NEVER, ahead) and far_apart(w, ahead)
+        if r.mass == 0.0:
+            continue
+        x, old, way = load(r.after.position), load(r.left.position), scale(dt, load(r.left.velocity))
+        off = norm(sub(sub(x, old), add(way, fall)))
+        if not off <= 2.0 * norm(fall) + rows.EXACT * (norm(x) + norm(way)):
+            return rows.STRAYED
+        turn = scale(dt, load(r.left.spin))
+        if b.reach > 0.0 and not norm(sub(twist_of(r), turn)) <= 0.5 * norm(turn) + rows.EXACT:
+            return rows.STRAYED
+    for k in range(head.count):
+        r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
+        if r.mass == 0.0:
+            continue
+        store(r.before.velocity, scale(1.0 / dt, sub(load(r.after.position), load(r.left.position))))
+        if b.reach > 0.0:
+            twist = twist_of(r)
+            store(r.before.spin, scale(1.0 / dt, twist))
+            b.turned += norm(twist)
+        store(r.before.position, load(r.after.position))
+        store4(r.before.quaternion, load4(r.after.quaternion))
+        rows.set_body(r, b, dt)
+        r.left = r.before
+    return rows.PASSED if all_pass(head, w) else 0
+
+
+@jit_inside
+def twist_of(r):
+    """Return the rotation vector [rad] of a body since it was left."""
+    return rotation_between(rows.quaternion_of(r.after), rows.quaternion_of(r.left))
+
+
+@jit_inside
+def rotation_between(new, old):
+    """Return the rotation vector [rad] from one orientation to another."""
+    w, x, y, z = old
+    return rotation_vector(product(new, (w, -x, -y, -z)))
+
+
+@jit
+def rewind(block):
+    """After STRAYED, and reading of all bodies into `before`: set bodies that Bullet moves back to before its step.
+
+    Where they were left, if the velocities after the step lead from there to the poses after it; else the user has put
+    them elsewhere, and Bullet's step is undone. What changed a velocity counts as if it had done so before the step.
+    """
+    head = rows.head_at(block, 0)
+    for k in range(head.count):
+        r = rows.row_at(head.rows, k)
+        m, old = r.before, r.left
+        if r.mass == 0.0:
+            continue
+        x, way = load(m.position), scale(head.dt, load(m.velocity))
+        start = sub(x, way)
+        moved = norm(sub(start, load(old.position))) > rows.EXACT * (norm(x) + norm(way))
+        store(m.position, start if moved else load(old.position))
+        store(m.velocity, axpy(-head.dt, load(head.gravity), load(m.velocity)))
+        turn = product(rows.turn_in(head.dt, scale(-1.0, load(m.spin))), rows.quaternion_of(m))
+        if norm(rotation_between(turn, rows.quaternion_of(old))) <= rows.EXACT:
+            turn = rows.quaternion_of(old)
+        q = m.quaternion
+        q[3], q[0], q[1], q[2] = turn
 
 
 @jit

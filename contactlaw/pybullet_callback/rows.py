@@ -29,8 +29,7 @@ MOTION = record(position=VECTOR, quaternion=("f8", (4,)), velocity=VECTOR, spin=
 
 ROW = record(
     before=MOTION, after=MOTION,  # as read before and after Bullet's step
-    left=MOTION,  # as the last call left it in PyBullet
-    bullet_time="f8",  # [s] for which Bullet has moved it since then
+    left=MOTION,  # as the last call left it in PyBullet; at the start of a step that `begin_step` has PASSED
     mass="f8", inertia=VECTOR,  # zero mass: nothing can move it
     in_tree="i8",  # part of a body with joints, see `trees`
     force=VECTOR, torque=VECTOR,  # mean force [N] and torque [N m] of contacts over the last step
@@ -57,7 +56,7 @@ MOST_TURN = 0.25 * pi  # [rad] in a step of Bullet
 EXACT = 1e-12  # relative difference that counts as rounding
 NOTED, LISTED, ASLEEP, FLAGS = 1, 2, 4, 8  # bits of `check_contacts`, and the first free one: see there
 NOT_FINITE, NO_ROOM, OTHERS, UNKNOWN = -1, -2, -3, -4  # of `finish_step`
-PASSED, PLACED = -2, -3  # of `begin_step`
+PASSED, PLACED, STRAYED = -2, -3, -4  # of `begin_step` and `has_flown`
 
 head_at: Any = element(HEAD)
 row_at: Any = element(ROW)
@@ -107,11 +106,17 @@ def flown(r, dt):
     Its velocity after the step moves it, and turns it by MOST_TURN at most: `integrateTransform` of Bullet's
     btTransformUtil, and `stepPositionsMultiDof` of its btMultiBody.
     """
-    whole = scale(dt, load(r.after.spin))
+    turned = product(turn_in(dt, load(r.after.spin)), quaternion_of(r.before))
+    return axpy(dt, load(r.after.velocity), load(r.before.position)), turned
+
+
+@jit_inside
+def turn_in(dt, spin):
+    """Return the quaternion of the rotation by which Bullet's step turns a body at a spin after it."""
+    whole = scale(dt, spin)
     half = 0.5 * min(norm(whole), MOST_TURN)
     x, y, z = scale(0.5 * sin(half) / max(half, 1e-300), whole)
-    turn = unit((cos(half), x, y, z))
-    return axpy(dt, load(r.after.velocity), load(r.before.position)), product(turn, quaternion_of(r.before))
+    return unit((cos(half), x, y, z))
 
 
 @jit_inside
@@ -126,10 +131,3 @@ def select(head, k):
     """Add a row to those that Python must push or put elsewhere."""
     set_whole(head.selected, head.selected_count, k)
     head.selected_count += 1
-
-
-@jit_inside
-def note_end(r, m, ahead):
-    """Note how a body is left, and for how long [s] Bullet will move it after that."""
-    r.left = m
-    r.bullet_time = ahead

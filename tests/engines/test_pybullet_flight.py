@@ -1,0 +1,127 @@
+"""What the user does while all bodies are far apart in PyBullet, and only poses after a step are read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from pybullet_scenes import FREE, RADIUS, UP, ball, in_contact, p, pair_of, shape, slab, velocities
+
+HALF = [0.05, 0.03, 0.02]  # [m] of the box
+TURNED = p.getQuaternionFromEuler([0.4, 0.7, 0.2])
+
+
+def nothing(client: int, slab: int, body: int) -> None:
+    pass
+
+
+def move(client: int, body: int, height: float, velocity: Any, turn: Any = (0, 0, 0, 1)) -> None:
+    p.resetBasePositionAndOrientation(body, [0.01, 0.02, height], turn, client)
+    p.resetBaseVelocity(body, velocity, [0.5, -0.3, 0.1], client)
+
+
+def put_close(client: int, slab: int, body: int) -> None:
+    move(client, body, 0.1, [0.3, 0, -9.0])
+
+
+def put_into(client: int, slab: int, body: int) -> None:
+    move(client, body, 0.01, [0.0, 0, 0.0])
+
+
+def strike(client: int, slab: int, body: int) -> None:
+    p.resetBaseVelocity(body, [0.3, 0, -200.0], [0.0, 0.0, 1.0], client)
+
+
+def turn_in_place(client: int, slab: int, body: int) -> None:
+    place, velocity = p.getBasePositionAndOrientation(body, client)[0], velocities(client, body)
+    p.resetBasePositionAndOrientation(body, place, TURNED, client)
+    p.resetBaseVelocity(body, *(one.tolist() for one in velocity), client)
+
+
+def lift_slab(client: int, slab: int, body: int) -> None:
+    height = p.getBasePositionAndOrientation(body, client)[0][2]
+    p.resetBasePositionAndOrientation(slab, [0, 0, height - 0.18], [0, 0, 0, 1], client)
+
+
+def push(client: int, slab: int, body: int) -> None:
+    place = p.getBasePositionAndOrientation(body, client)[0]
+    p.applyExternalForce(body, -1, [100.0, 30.0, -3e4], place, p.WORLD_FRAME, client)
+
+
+def longer_step(client: int, slab: int, body: int) -> None:
+    p.setTimeStep(0.1, client)
+    p.resetBaseVelocity(body, [0, 0, -20.0], physicsClientId=client)
+
+
+def other_gravity(client: int, slab: int, body: int) -> None:
+    p.setGravity(0, 0, -1e5, client)
+
+
+def paths(client: int, body: int, floor: int, act: Callable[[int, int, int], None], read_all: bool) -> np.ndarray:
+    """Positions, orientations, and velocities over 20 steps; `act` is called in flight, before the 6th step.
+
+    read_all: setting the state anew makes each step begin with a reading of everything.
+    """
+    callback, _ = in_contact(client, body, floor, pair_of(), dt=1 / 240, gravity=9.81)
+    out = []
+    for i in range(20):
+        if i == 5:
+            act(client, floor, body)
+        if read_all:
+            callback.restore(callback.save())
+        callback.step()
+        x, q = p.getBasePositionAndOrientation(body, client)
+        out.append([*x, *q, *np.concatenate(velocities(client, body))])
+    return np.array(out)
+
+
+def box(client: int, spin: Any) -> int:
+    """A box that flies and tumbles."""
+    body = p.createMultiBody(0.5, shape(client, p.GEOM_BOX, halfExtents=HALF), -1, UP.tolist(), physicsClientId=client)
+    p.changeDynamics(body, -1, physicsClientId=client, **FREE)
+    p.resetBaseVelocity(body, [0.3, 0, 1.0], spin, client)
+    return body
+
+
+ON_BOXES = (nothing, put_close, turn_in_place, lift_slab)
+ACTS = (*ON_BOXES, put_into, strike, push, longer_step, other_gravity)
+
+
+@pytest.mark.parametrize(
+    ("act", "kind"), [(act, "ball") for act in ACTS] + [(act, kind) for act in ON_BOXES for kind in ("box", "fast box")]
+)
+def test_what_is_done_in_flight_is_noticed_in_the_same_step(act: Callable[[int, int, int], None], kind: str) -> None:
+    """As if all bodies had been read before each step."""
+    found = []
+    for read_all in (False, True):
+        client = p.connect(p.DIRECT)
+        spin = [3.0, -5.0, 2.0] if kind == "box" else [30.0, 250.0, 20.0]
+        body = ball(client, UP, [0.3, 0, 1.0], spin) if kind == "ball" else box(client, spin)
+        found.append(paths(client, body, slab(client), act, read_all))
+        p.disconnect(client)
+    flown, known = found
+    assert flown == pytest.approx(known, rel=1e-9, abs=1e-10)
+
+
+def test_a_ball_in_flight_is_read_once_a_step(client: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its velocity follows from its poses."""
+    body = ball(client, UP, [0.3, 0, 1.0])
+    counted = {"getBasePositionAndOrientation": 0, "getBaseVelocity": 0}
+    for name in counted:
+
+        def reading(*args: Any, name: str = name, own: Any = getattr(p, name)) -> Any:
+            counted[name] += 1
+            return own(*args)
+
+        monkeypatch.setattr(p, name, reading)
+    callback, _ = in_contact(client, body, slab(client), pair_of(), dt=1 / 240, gravity=9.81)
+    for _ in range(5):
+        callback.step()
+    before = dict(counted)
+    for _ in range(10):
+        callback.step()
+    assert counted["getBasePositionAndOrientation"] - before["getBasePositionAndOrientation"] == 20  # ball and slab
+    assert counted["getBaseVelocity"] == before["getBaseVelocity"]
+    assert RADIUS < p.getBasePositionAndOrientation(body, client)[0][2]
