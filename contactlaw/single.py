@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contactlaw.jit import jit
+from contactlaw.laws.base import Array
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.normal_motion import TRACK, Motion
 from contactlaw.laws.record import PAIR_SIZE, ask_energy, ask_stiffness, contact_of, pair_of
@@ -26,6 +27,19 @@ class Scale(NamedTuple):
     approach: float
     length: float
     tangential_mass: float
+
+
+class History(NamedTuple):
+    """Histories of an impact, shape (n,) each, as in `collision.Impact`."""
+
+    time: Array
+    overlap: Array
+    normal_force: Array
+    kinetic: Array
+    elastic_normal: Array
+    elastic_tangential: Array
+    friction_loss: Array
+    damping_loss: Array
 
 
 @jit
@@ -128,8 +142,8 @@ def impact_by_steps(p, header, memory, motion: Motion, scale: Scale, deepest, sp
 
 
 @jit
-def write_history(motion: Motion, scale: Scale, track, along, force_out, table_out):
-    """Write the tangential force on A [N], shape (n, 3), and the other histories of `collision.Impact`, shape (8, n).
+def write_history(motion: Motion, scale: Scale, track, along, force_out, out: History):
+    """Write the tangential force on A [N], shape (n, 3), and the other histories.
 
     track: as `impact_by_steps` leaves it, (n,). along: unit vector of the sliding velocity of A.
     """
@@ -139,14 +153,14 @@ def write_history(motion: Motion, scale: Scale, track, along, force_out, table_o
         one, square, stored = track[k], motion.speed[k] * motion.speed[k], energy * motion.energy[k]
         for i in range(3):
             force_out[k, i] = -along[i] * one.force
-        table_out[0, k] = length / approach * motion.instant[k]
-        table_out[1, k] = length * motion.delta[k]
-        table_out[2, k] = energy / length * motion.force[k]
-        table_out[3, k] = 0.5 * energy * square + 0.5 * tangential_mass * one.speed * one.speed
-        table_out[4, k] = stored
-        table_out[5, k] = one.stored
-        table_out[6, k] = one.work - one.stored
-        table_out[7, k] = 0.5 * energy * (1.0 - square) - stored
+        out.time[k] = length / approach * motion.instant[k]
+        out.overlap[k] = length * motion.delta[k]
+        out.normal_force[k] = energy / length * motion.force[k]
+        out.kinetic[k] = 0.5 * energy * square + 0.5 * tangential_mass * one.speed * one.speed
+        out.elastic_normal[k] = stored
+        out.elastic_tangential[k] = one.stored
+        out.friction_loss[k] = one.work - one.stored
+        out.damping_loss[k] = 0.5 * energy * (1.0 - square) - stored
 
 
 @jit
