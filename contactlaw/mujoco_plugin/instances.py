@@ -47,7 +47,7 @@ def contact_instances(view: layout.ModelView) -> list[int]:
 
 def leads(view: layout.ModelView, number: int) -> bool:
     """Return whether an instance is the first contact of the model, whose block holds the world (see `block`)."""
-    return [number] == contact_instances(view)[:1]
+    return number == next((one for one in instances(view) if any(configured(view, one))), None)
 
 
 def unserved_readers(view: layout.ModelView) -> Iterator[str]:
@@ -208,14 +208,18 @@ def check(view: layout.ModelView, known: list[ContactInstance], moves: Callable[
             return margins[min(pair), max(pair)] >= 0.0
         return (low << 16) + high not in excluded and touch(bits[pair[0]], bits[pair[1]])
 
+    holders: dict[int, set[int]] = {}  # of each geom the contacts that hold it, so far
     for number, member in enumerate(known):
         shapes = member.shapes
         if not any(moves(geom) for geom in member.geoms):
             raise ValueError("geom1, geom2: none of these geoms can move")
         if member.native:
             continue
-        for other in known[:number]:
-            twice = None if other.native else member.sets.common(other.sets)
+        near = [set[int]().union(*(holders.get(geom, ()) for geom in side)) for side in member.sides]
+        for geom in member.geoms:
+            holders.setdefault(geom, set()).add(number)
+        for other in sorted(set.intersection(*near)):
+            twice = member.sets.common(known[other].sets)
             if twice:
                 raise ValueError(f"{_names(shapes, twice)}: this pair has been added before")
         sets = member.sets
