@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from contactlaw import checks
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import HEAD, TOKEN
+from contactlaw.mujoco_plugin.block import HEAD, PUSH, STATE
 from contactlaw.mujoco_plugin.instances import ContactInstance, contact_instances
 from contactlaw.mujoco_plugin.layout import record_at
 from contactlaw.world.data.demand import READ, supply
@@ -174,11 +174,12 @@ def view_of(model: mujoco.MjModel, data: mujoco.MjData, name: Any = FIRST) -> Vi
     if number not in known:
         raise ValueError(f"name = {name!r}: must be the name of a plugin instance of the model")
     head = record_at(data.plugin_data[known[0]], HEAD, 1)[0]
-    state = data.plugin_state[int(head["state"]) :][: int(head["own_size"])]
-    if state[TOKEN] != head["token"]:
+    state = data.plugin_state[int(head["state"]) :][: int(head["size"])]
+    token = state[:PUSH].view(STATE)["token"][0]
+    if token != head["token"]:
         row = state[int(head["row"]) :]
         _READ(supply(READ))(int(head["world"]), row.ctypes.data, row.size)
-        head["token"] = state[TOKEN]
+        head["token"] = token
     head["calm"] = 0  # the caller may change something, such as friction
     return View(head, known.index(number))
 
