@@ -55,7 +55,6 @@ HEAD = record(
     signature="u8", content="u8",  # hashes of the model: of its sizes and names; of all numbers that the law reads
     geoms="u8",  # address of the geom of each shape of the world
     reported="u8",  # address of the codes that have been reported of each instance, for all mjData: see `notices`
-    about="i8", about_a="i8", about_b="i8",  # instance and geoms of the present report; -1: none
     lag="f8",  # [s] by which velocities of the engine are behind its coordinates
     gravity=VECTOR,
 )  # fmt: skip

@@ -141,26 +141,24 @@ def _checked_types(view: layout.ModelView, geoms: list[int]) -> str:
     return ", ".join(texts)
 
 
-@ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_double)
+@ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_double, ctypes.c_int64, ctypes.c_int64)
 @demand.catches
-def report(address: int, code: int, value: float) -> None:
-    """Warn of something that a compiled callback found, see `notices`; address: of the block."""
+def report(address: int, code: int, value: float, *geoms: int) -> None:
+    """Warn of something that a compiled callback found, see `notices`; address: of the block. geoms: -1: none."""
     head, edited = record_at(address, HEAD, 1)[0], code == notices.EDITED
-    if edited:
-        head["about_a"] = head["about_b"] = -1
-    where = _where(head)
+    where = _where(head, geoms)
     why = _rebuild_block(int(head["model"]), int(head["data"])) if edited else ""
     if why or not edited:
         warnings.warn(f"{where}: {notices.TEXTS[code].format(value)}{why}", ContactWarning, stacklevel=3)
 
 
-def _where(head: Any) -> str:
+def _where(head: Any, geoms: tuple[int, ...]) -> str:
     """Return which geoms a report is about, and the time, for the message."""
     time = record_at(head["data"], layout.DATA, 1)[0]["time"]
     view = layout.ModelView(int(head["model"]))
     named = [
         f"{view.label('geom', geom)} of body {view.label('body', int(view.geom_bodyid[geom]))}"
-        for geom in (int(head["about_a"]), int(head["about_b"]))
+        for geom in geoms
         if geom >= 0
     ]
     return f"{' on '.join(named) or 'contacts'} at {time:.6g} s"
