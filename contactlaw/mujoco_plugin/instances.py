@@ -59,12 +59,9 @@ def unserved_readers(view: layout.ModelView) -> Iterator[str]:
     if not (sticky.size or sensors.size):
         return
     geoms = {geom for number in contact_instances(view) for geom in ContactInstance(view, number).geoms}
-    bodies, above = set(view.geom_bodyid[list(geoms)].tolist()), set[int]()
-    for body in bodies:
-        while body and body not in above:
-            above.add(body)
-            body = int(view.body_parentid[body])
-    of_law = {_GEOM: geoms, _BODY: bodies, _TREE: above | {0}}  # a site, or no object, may have any geoms
+    bodies = set(view.geom_bodyid[list(geoms)].tolist())
+    trees = {above for body in bodies for above in view.chain(body)}
+    of_law = {_GEOM: geoms, _BODY: bodies, _TREE: trees | {0}}  # a site, or no object, may have any geoms
     for k in sticky.tolist():
         body = int(view.actuator_trnid[k, 0])
         if body in bodies:

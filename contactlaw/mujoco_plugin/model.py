@@ -150,12 +150,8 @@ class Model:
 
     def _watched(self) -> tuple[NDArray[np.int64], Array]:
         """Return the `watched_ranges` of all that the world is made from: trees, and the bodies that carry geoms."""
-        parent = self._m.body_parentid.tolist()
-        bodies = {int(self._m.geom_bodyid[geom]) for geom in self._geom_shapes} | set(self._rows)
-        for body in tuple(bodies):
-            while body:
-                bodies.add(body)
-                body = parent[body]
+        carrying = {int(self._m.geom_bodyid[geom]) for geom in self._geom_shapes} | set(self._rows)
+        bodies = {above for body in carrying for above in self._m.chain(body)}
         return watched_ranges(self._m, sorted(bodies), sorted(self._geom_shapes))
 
     def _carrier(self, body: int) -> tuple[int, Pose]:
@@ -238,7 +234,7 @@ class Model:
     @cached_property
     def _held(self) -> list[list[int]]:
         """The velocities of each equality constraint of bodies, joints or tendons."""
-        m, parent, out = self._m, self._m.body_parentid.tolist(), list[list[int]]()
+        m, out = self._m, list[list[int]]()
         for kind, objects, *ids in np.array([m.eq_type, m.eq_objtype, m.eq_obj1id, m.eq_obj2id]).T.tolist():
             bodies, own = list[int](), list[int]()
             for one in (number for number in ids if number >= 0):
@@ -248,10 +244,8 @@ class Model:
                     bodies += self._bodies_of_tendon(one)
                 elif kind in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
                     bodies.append(int(m.site_bodyid[one]) if objects == mujoco.mjtObj.mjOBJ_SITE else one)
-            for body in bodies:
-                while body:
-                    own += range(int(m.body_dofadr[body]), int(m.body_dofadr[body] + m.body_dofnum[body]))
-                    body = parent[body]
+            for body in (above for body in bodies for above in m.chain(body)):
+                own += range(int(m.body_dofadr[body]), int(m.body_dofadr[body] + m.body_dofnum[body]))
             out.append(sorted(set(own)))
         return out
 
