@@ -12,7 +12,7 @@ from contactlaw.jit import jit
 from contactlaw.laws.base import Array
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.normal_motion import TRACK, Motion
-from contactlaw.laws.record import PAIR_SIZE, ask_energy, ask_stiffness, contact_of, pair_of
+from contactlaw.laws.record import PAIR_SIZE, ask_energy, ask_stiffness, pair_of
 from contactlaw.laws.step import ask, prescribe
 
 SUBSTEPS = 256  # per change by the greatest overlap, or by the displacement at which the whole contact slips
@@ -49,7 +49,7 @@ def force_along_path(p, approach, displacement, header, memory, normal_out, tang
     p: numbers of the pair (`ContactPair.parameters`). header, memory: storage for a contact and the vectors of its law
     (`Law.new_contact`).
     """
-    pair, contact, law = pair_of(p), contact_of(header), p[PAIR_SIZE:]
+    pair, contact, law = pair_of(p), header[0], p[PAIR_SIZE:]
     deepest = max(np.max(approach), 0.0)
     prescribe(contact, pair, deepest)
     finest = deepest / SUBSTEPS
@@ -105,7 +105,7 @@ def impact_by_steps(p, header, memory, motion: Motion, scale: Scale, deepest, sp
     p, header, memory: as for `force_along_path`. deepest: greatest overlap of the motion [m]. speed: sliding speed at
     the touch [m/s]. track_out: history of `normal_motion.TRACK`, (steps + 1,); empty: not recorded.
     """
-    pair, contact, law = pair_of(p), contact_of(header), p[PAIR_SIZE:]
+    pair, contact, law = pair_of(p), header[0], p[PAIR_SIZE:]
     mass, approach, length, tangential_mass = scale
     prescribe(contact, pair, deepest)
     contact.mass, contact.tangential_mass, contact.closing = mass, tangential_mass, approach

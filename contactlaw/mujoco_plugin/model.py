@@ -244,8 +244,8 @@ class Model:
                     bodies += self._bodies_of_tendon(one)
                 elif kind in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
                     bodies.append(int(m.site_bodyid[one]) if objects == mujoco.mjtObj.mjOBJ_SITE else one)
-            for body in (above for body in bodies for above in m.chain(body)):
-                own += range(int(m.body_dofadr[body]), int(m.body_dofadr[body] + m.body_dofnum[body]))
+            for above in (above for body in bodies for above in m.chain(body)):
+                own += range(int(m.body_dofadr[above]), int(m.body_dofadr[above] + m.body_dofnum[above]))
             out.append(sorted(set(own)))
         return out
 
