@@ -12,7 +12,7 @@ from contactlaw.impact import MOST_STEPS, check_steps, nodes_for
 from contactlaw.laws.hertz import LINEAR_STIFFNESS
 from contactlaw.laws.normal_motion import SCALED_DEEPEST, TRACK, Motion, normal_motion
 from contactlaw.pair import ContactPair, warn_of_depth
-from contactlaw.single import Scale, impact_by_steps, write_history
+from contactlaw.single import History, Scale, impact_by_steps, write_history
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -166,8 +166,8 @@ def collide(
         law = law.with_nodes(2 * nodes_for(chi))  # forces during an impact need more nodes than the rebound
         p = pair.parameters(radius, law.memory)
         after = impact_by_steps(p, *law.new_contact(), motion, scale, deepest, speed, track)
-    force, table = np.empty((steps + 1, 3)), np.empty((8, steps + 1))
-    write_history(motion, scale, track, along, force, table)
+    force, history = np.empty((steps + 1, 3)), History(*np.empty((len(History._fields), steps + 1)))
+    write_history(motion, scale, track, along, force, history)
 
     push, pull = mass * approach * (1.0 + pair.restitution), tangential_mass * (after - speed)
     impulse = push * x + pull * along[0], push * y + pull * along[1], push * z + pull * along[2]
@@ -178,10 +178,9 @@ def collide(
             _plus(v_b, -in_b, impulse), _plus(w_b, -arm_b * turn_b, turn),
         ]
     )  # fmt: skip
-    time, overlap, normal_force, *energies = table
     return Impact(
         velocity_a, spin_a, velocity_b, spin_b, chi, psi_per_speed * speed, psi_per_speed * after,
-        time, overlap, normal_force, force, *energies,
+        tangential_force=force, **history._asdict(),
     )  # fmt: skip
 
 

@@ -15,6 +15,7 @@ from types import FunctionType
 from typing import Any, TypeVar
 
 import numba
+from llvmlite import ir
 from numba.core import event
 from numba.core.ccallback import CFunc
 from numba.core.codegen import JITCodeLibrary
@@ -98,6 +99,29 @@ SKIPPED_PASSES = {
 }  # fmt: skip
 """Passes of numba's compiler for features that this package does not use: closures, literals that select types, array
 expressions."""
+
+
+class _WholeLibrary(JITCodeLibrary):
+    """LLVM code of a C function, inlined into its wrapper: numba keeps both apart, and arguments are copied."""
+
+    def add_ir_module(self, module: Any) -> None:
+        """Add a module; in that of the wrapper, the call of the native function is the one marked as not to inline."""
+        instructions = (one for function in module.functions for block in function.blocks for one in block.instructions)
+        calls = [one for one in instructions if isinstance(one, ir.CallInstr) and "noinline" in one.attributes]
+        for call in calls:
+            call.attributes.remove("noinline")
+            call.attributes.add("alwaysinline")
+        super().add_ir_module(module)
+        for call in calls:
+            self._final_module.get_function(call.callee.name).linkage = "internal"
+
+
+class _WholeCompiler(Compiler):
+    def compile_extra(self, func: Any) -> Any:
+        """Compile a C function."""
+        self.state.library = _WholeLibrary(self.state.targetctx.codegen(), func.__qualname__)
+        self.state.library.enable_object_caching()
+        return super().compile_extra(func)
 
 
 class _CalleeCompiler(Compiler):
@@ -290,43 +314,12 @@ Such functions release the GIL, so several threads may run one at once."""
 INTERPRETED = bool(getattr(numba, "config").DISABLE_JIT)  # noqa: B009  (NUMBA_DISABLE_JIT)
 
 
-@contextmanager
-def _one_function(function: Any) -> Iterator[None]:
-    """Inline the native function of a C function into its wrapper: numba keeps it apart, and arguments are copied."""
-    context: Any = cpu_target.target_context
-    convention: Any = type(context.call_conv)
-    wrap, call = context.create_cfunc_wrapper, convention.call_function
-
-    def call_inlined(*args: Any, attrs: Any) -> Any:
-        return call(*args, attrs=("alwaysinline",))
-
-    def create_cfunc_wrapper(library: Any, fndesc: Any, env: Any, call_helper: Any) -> None:
-        if (fndesc.modname, fndesc.qualname) != (function.__module__, function.__qualname__):  # one that it calls
-            return wrap(library, fndesc, env, call_helper)
-        convention.call_function = call_inlined
-        try:
-            wrap(library, fndesc, env, call_helper)
-        finally:
-            convention.call_function = call
-        library._final_module.get_function(fndesc.llvm_func_name).linkage = "internal"
-
-    context.create_cfunc_wrapper = create_cfunc_wrapper
-    try:
-        yield
-    finally:
-        del context.create_cfunc_wrapper
-
-
 class _Compiled(CFunc):
     """A C function that reports when it is compiled rather than read from the cache."""
 
     _cache: Any
 
     def _compile_uncached(self) -> Any:
-        with _one_function(self.__wrapped__):
-            return self._compile_and_report()
-
-    def _compile_and_report(self) -> Any:
         if len(_report.subjects) == 1 and not isinstance(self._cache, Cache):  # a user's law takes a second or less
             return super()._compile_uncached()  # type: ignore[misc]
         _report.begin()
@@ -347,7 +340,8 @@ def address_of(function: Callable[..., Any], signature: Any, key: str = "", ours
             process (a second or less), since a change in what they import would go unnoticed.
     """
     signature = normalize_signature(getattr(signature, "signature", signature))
-    compiled = _Compiled(function, signature, locals={}, options={"error_model": "numpy"})
+    options = {"error_model": "numpy"}
+    compiled = _Compiled(function, signature, locals={}, options=options, pipeline_class=_WholeCompiler)
     if ours:
         _cache(compiled, key)
     compiled.compile()

@@ -9,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from contactlaw.jit import jit
+from contactlaw.laws.base import Array
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.normal_motion import TRACK, Motion
-from contactlaw.laws.record import PAIR_SIZE, ask_energy, ask_stiffness, contact_of, pair_of
+from contactlaw.laws.record import PAIR_SIZE, ask_energy, ask_stiffness, pair_of
 from contactlaw.laws.step import ask, prescribe
 
 SUBSTEPS = 256  # per change by the greatest overlap, or by the displacement at which the whole contact slips
@@ -28,6 +29,19 @@ class Scale(NamedTuple):
     tangential_mass: float
 
 
+class History(NamedTuple):
+    """Histories of an impact, shape (n,) each, as in `collision.Impact`."""
+
+    time: Array
+    overlap: Array
+    normal_force: Array
+    kinetic: Array
+    elastic_normal: Array
+    elastic_tangential: Array
+    friction_loss: Array
+    damping_loss: Array
+
+
 @jit
 def force_along_path(p, approach, displacement, header, memory, normal_out, tangential_out):
     """Forces [N] along straight segments of overlap (n,) and tangential displacement (n, 2) [m], from zero overlap.
@@ -35,7 +49,7 @@ def force_along_path(p, approach, displacement, header, memory, normal_out, tang
     p: numbers of the pair (`ContactPair.parameters`). header, memory: storage for a contact and the vectors of its law
     (`Law.new_contact`).
     """
-    pair, contact, law = pair_of(p), contact_of(header), p[PAIR_SIZE:]
+    pair, contact, law = pair_of(p), header[0], p[PAIR_SIZE:]
     deepest = max(np.max(approach), 0.0)
     prescribe(contact, pair, deepest)
     finest = deepest / SUBSTEPS
@@ -91,7 +105,7 @@ def impact_by_steps(p, header, memory, motion: Motion, scale: Scale, deepest, sp
     p, header, memory: as for `force_along_path`. deepest: greatest overlap of the motion [m]. speed: sliding speed at
     the touch [m/s]. track_out: history of `normal_motion.TRACK`, (steps + 1,); empty: not recorded.
     """
-    pair, contact, law = pair_of(p), contact_of(header), p[PAIR_SIZE:]
+    pair, contact, law = pair_of(p), header[0], p[PAIR_SIZE:]
     mass, approach, length, tangential_mass = scale
     prescribe(contact, pair, deepest)
     contact.mass, contact.tangential_mass, contact.closing = mass, tangential_mass, approach
@@ -128,8 +142,8 @@ def impact_by_steps(p, header, memory, motion: Motion, scale: Scale, deepest, sp
 
 
 @jit
-def write_history(motion: Motion, scale: Scale, track, along, force_out, table_out):
-    """Write the tangential force on A [N], shape (n, 3), and the other histories of `collision.Impact`, shape (8, n).
+def write_history(motion: Motion, scale: Scale, track, along, force_out, out: History):
+    """Write the tangential force on A [N], shape (n, 3), and the other histories.
 
     track: as `impact_by_steps` leaves it, (n,). along: unit vector of the sliding velocity of A.
     """
@@ -139,14 +153,14 @@ def write_history(motion: Motion, scale: Scale, track, along, force_out, table_o
         one, square, stored = track[k], motion.speed[k] * motion.speed[k], energy * motion.energy[k]
         for i in range(3):
             force_out[k, i] = -along[i] * one.force
-        table_out[0, k] = length / approach * motion.instant[k]
-        table_out[1, k] = length * motion.delta[k]
-        table_out[2, k] = energy / length * motion.force[k]
-        table_out[3, k] = 0.5 * energy * square + 0.5 * tangential_mass * one.speed * one.speed
-        table_out[4, k] = stored
-        table_out[5, k] = one.stored
-        table_out[6, k] = one.work - one.stored
-        table_out[7, k] = 0.5 * energy * (1.0 - square) - stored
+        out.time[k] = length / approach * motion.instant[k]
+        out.overlap[k] = length * motion.delta[k]
+        out.normal_force[k] = energy / length * motion.force[k]
+        out.kinetic[k] = 0.5 * energy * square + 0.5 * tangential_mass * one.speed * one.speed
+        out.elastic_normal[k] = stored
+        out.elastic_tangential[k] = one.stored
+        out.friction_loss[k] = one.work - one.stored
+        out.damping_loss[k] = 0.5 * energy * (1.0 - square) - stored
 
 
 @jit

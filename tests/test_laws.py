@@ -16,7 +16,7 @@ from contactlaw import LAWS, Body, ContactPair, Law, collide, force_along_path, 
 from contactlaw.jit import jit
 from contactlaw.laws import choices, law_of, sectors, text_of
 from contactlaw.laws.microslip import Microslip, half_line_nodes
-from contactlaw.laws.record import CONTACT, PAIR, PAIR_SIZE, ask_energy, ask_stiffness, contact_of, pair_of
+from contactlaw.laws.record import CONTACT, PAIR, PAIR_SIZE, ask_energy, ask_stiffness, pair_of
 from contactlaw.laws.slip import carried, held
 from contactlaw.laws.step import ask, press, reset
 
@@ -126,7 +126,7 @@ def test_a_law_and_its_name_mean_the_same(name: str) -> None:
 @jit
 def shear(p, header, memory, overlap, slide):
     """A contact pressed to an overlap [m], then sheared [m]: its force, its stiffness, its energy."""
-    contact, pair, law = contact_of(header), pair_of(p), p[PAIR_SIZE:]
+    contact, pair, law = header[0], pair_of(p), p[PAIR_SIZE:]
     reset(contact, pair, pair.radius)
     contact.mass, contact.tangential_mass, contact.closing = 0.5, 0.2, 0.0
     contact.before, contact.overlap = -1e-9, overlap

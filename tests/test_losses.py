@@ -12,7 +12,7 @@ from contactlaw import Body, ContactPair, collide, force_along_path
 from contactlaw.jit import INTERPRETED
 from contactlaw.laws import speeds
 from contactlaw.laws.oscillator import restitution
-from contactlaw.laws.record import PAIR_SIZE, contact_of, pair_of
+from contactlaw.laws.record import CONTACT, PAIR_SIZE, pair_of
 from contactlaw.laws.step import reset
 from contactlaw.losses import FallingFriction, OverSpeed, Plastic, Table, Viscoelastic, read, text_of
 
@@ -82,8 +82,8 @@ def test_a_touch_reads_the_curve(curve: OverSpeed) -> None:
     """What compiled code goes by is the curve itself, to the straight pieces between its points."""
     is_friction = isinstance(curve, FallingFriction)
     pair = ContactPair("steel", "steel", curve if is_friction else 0.3, 1.0 if is_friction else curve, radius=0.01)
-    numbers, header = pair.parameters(), np.zeros(64)
-    own, contact = pair_of(numbers), contact_of(header)
+    numbers, header = pair.parameters(), np.zeros(1, CONTACT)
+    own, contact = pair_of(numbers), header[0]
     assert int(own.speeds) > PAIR_SIZE
     for speed in np.geomspace(1e-4, 50.0, 41).tolist():
         reset(contact, own, 0.01)
@@ -102,7 +102,7 @@ def test_a_contact_that_is_pressed_has_the_restitution_of_that() -> None:
     curve = Viscoelastic(0.8, 1.0)
     pair = ContactPair("steel", "steel", 0.3, curve, radius=0.01)
     numbers = pair.parameters()
-    own, contact = pair_of(numbers), contact_of(np.zeros(64))
+    own, contact = pair_of(numbers), np.zeros(1, CONTACT)[0]
     reset(contact, own, 0.01)
     contact.mass = 0.1
     speeds.read(contact, numbers[int(own.speeds) :], 9.81, 0.0)

@@ -10,7 +10,7 @@ from contactlaw import Body, ContactPair, collide, rebound
 from contactlaw.jit import jit
 from contactlaw.laws import law_of
 from contactlaw.laws.oscillator import damping_ratio
-from contactlaw.laws.record import PAIR_SIZE, ask_energy, contact_of, pair_of
+from contactlaw.laws.record import PAIR_SIZE, ask_energy, pair_of
 from contactlaw.laws.step import ask, press, reset
 from contactlaw.turning import MicroslipTurning
 
@@ -56,7 +56,7 @@ def test_collide_agrees_with_rebound_and_its_ledger_closes() -> None:
 @jit
 def run_round(p, header, memory, h, path, work, energy, share):
     """Round a loop of points (n, 3): overlap, and place in the plane; results shape (rounds, n)."""
-    pair, contact, own = pair_of(p), contact_of(header), p[PAIR_SIZE:]
+    pair, contact, own = pair_of(p), header[0], p[PAIR_SIZE:]
     reset(contact, pair, 0.01)
     contact.mass, contact.tangential_mass = 1e-2, 1e300
     overlap, loop = 0.0, path.shape[0]

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contactlaw import MATERIALS, ContactPair
-from contactlaw.laws.record import PAIR_SIZE, contact_of, pair_of
+from contactlaw.laws.record import PAIR_SIZE, pair_of
 from contactlaw.laws.step import ask, press, reset
 from contactlaw.laws.torsion import FULL, TORSION, advance, limit_point, nearest, stored
 from tests.reference import torsion
@@ -28,7 +28,7 @@ class Contact:
     def __init__(self, pair: ContactPair = PAIR) -> None:
         self.numbers = pair.parameters()
         self.values, self.memory = pair.rule.with_nodes(None).new_contact()
-        self.pair, self.touch = pair_of(self.numbers), contact_of(self.values)
+        self.pair, self.touch = pair_of(self.numbers), self.values[0]
         self.torsion = np.zeros(1, np.dtype((np.record, TORSION)))[0]
         reset(self.touch, self.pair, self.pair.radius)
         self.touch.mass = self.touch.tangential_mass = 1.0

@@ -9,7 +9,7 @@ from contactlaw import MATERIALS, ContactPair
 from contactlaw.jit import jit
 from contactlaw.laws import Law, sectors, torsion
 from contactlaw.laws.hertz import elastic_force
-from contactlaw.laws.record import PAIR_SIZE, SPUN, ask_energy, contact_of, pair_of
+from contactlaw.laws.record import PAIR_SIZE, SPUN, ask_energy, pair_of
 from contactlaw.laws.step import ask, prescribe
 from validation.case import Array
 
@@ -90,7 +90,7 @@ def _contact(law: str | Law) -> Any:
 @jit
 def _march(way, p, overlap, place, header, memory, own, states, out):
     """Force along both tangents [N], moment about the normal [N m] and energy held [J] at each point of a path."""
-    state, c, pair, law, most = states[0], contact_of(header), pair_of(p), p[PAIR_SIZE:], np.max(overlap)
+    state, c, pair, law, most = states[0], header[0], pair_of(p), p[PAIR_SIZE:], np.max(overlap)
     for k in range(overlap.size):
         if k == 0 or overlap[k] <= 0.0:
             prescribe(c, pair, most)

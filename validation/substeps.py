@@ -14,7 +14,7 @@ import numpy as np
 from contactlaw import LAWS, MATERIALS, ContactPair
 from contactlaw.jit import jit_for
 from contactlaw.laws.microslip import NODES
-from contactlaw.laws.record import PAIR_SIZE, contact_of, pair_of
+from contactlaw.laws.record import PAIR_SIZE, pair_of
 from contactlaw.laws.step import ask, press, reset
 from validation.case import Array
 from validation.measure import Spread, interleaved, spread
@@ -50,7 +50,7 @@ def impacts_of(law: str, restitution: float = 1.0, impacts: int = IMPACTS) -> Ca
 
 @jit
 def _impacts(p, header, memory, overlap, slide, dt, mass, impacts, force_out):
-    pair, contact, law = pair_of(p), contact_of(header), p[PAIR_SIZE:]
+    pair, contact, law = pair_of(p), header[0], p[PAIR_SIZE:]
     for _ in range(impacts):
         memory[:] = 0.0
         reset(contact, pair, pair.radius)

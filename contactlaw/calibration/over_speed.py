@@ -6,7 +6,7 @@ directly. If errors are unknown, -2 ln(likelihood) is n ln(chi^2), and the range
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy import optimize
@@ -21,15 +21,6 @@ CONSTANT = "constant"
 LEAST, SPREAD = 4, 0.3  # least number of impacts and range of ln V_z1 for a dependence on speed
 
 
-@dataclass(frozen=True)
-class _Rival:
-    """A law with one parameter, in the range from low to high."""
-
-    of: Callable[[float], OverSpeed | float]
-    low: float
-    high: float
-
-
 def over_speed(speed: Array, ratio: Array, error: Array, known: bool, asked: str | None) -> OverSpeedFit | None:
     """Choose a law for V_z2/V_z1 at approach speeds, shape (n,); None if the table shows no clear dependence.
 
@@ -39,33 +30,32 @@ def over_speed(speed: Array, ratio: Array, error: Array, known: bool, asked: str
     if asked == CONSTANT or speed.size < LEAST or np.ptp(np.log(speed)) < SPREAD:
         return None
     middle = float(np.exp(np.mean(np.log(speed))))
-    rivals = {
-        CONSTANT: _Rival(lambda e: e, 0.01, 1.0),
-        Viscoelastic.name: _Rival(lambda e: Viscoelastic(e, middle), 0.01, 1.0),
-        Plastic.name: _Rival(Plastic, 1e-6 * middle, 10.0 * float(speed.max())),
+    rivals: dict[str, tuple[Callable[[float], Any], float, float]] = {  # laws of one parameter, and its range
+        CONSTANT: (lambda e: e, 0.01, 1.0),
+        Viscoelastic.name: (lambda e: Viscoelastic(e, middle), 0.01, 1.0),
+        Plastic.name: (Plastic, 1e-6 * middle, 10.0 * float(speed.max())),
     }
     fits = {}
-    for name, rival in rivals.items():
+    for name, (of, low, high) in rivals.items():
 
-        def misfit(x: float, rival: _Rival = rival) -> float:
-            law = rival.of(float(np.exp(x)))
+        def misfit(x: float, of: Callable[[float], Any] = of) -> float:
+            law = of(float(np.exp(x)))
             values = law(speed) if isinstance(law, OverSpeed) else law
             return float(np.sum(((ratio - values) / error) ** 2))
 
-        grid = np.linspace(np.log(rival.low), np.log(rival.high), 200)
+        grid = np.linspace(np.log(low), np.log(high), 200)
         start = int(np.argmin([misfit(x) for x in grid]))
         bounds = grid[max(start - 1, 0)], grid[min(start + 1, grid.size - 1)]
         best = float(optimize.minimize_scalar(misfit, bounds=bounds, method="bounded", options={"xatol": 1e-10}).x)  # type: ignore[union-attr]
-        fits[name] = best, max(misfit(best), 0.0 if known else 1e-18 * speed.size), misfit, grid
-    score = {name: fit[1] if known else speed.size * np.log(fit[1]) for name, fit in fits.items()}
+        chi = max(misfit(best), 0.0 if known else 1e-18 * speed.size)
+        fits[name] = of(float(np.exp(best))), best, chi, misfit, grid
+    score = {name: chi if known else speed.size * np.log(chi) for name, (_, _, chi, _, _) in fits.items()}
     order = sorted(score, key=lambda name: score[name])
     chosen = asked or order[0]
     clear = {name: score[name] - score[chosen] for name in order}
     if asked is None and (chosen == CONSTANT or clear[CONSTANT] < CLEAR):
         return None
-    best, chi, misfit, grid = fits[chosen]
-    law = rivals[chosen].of(float(np.exp(best)))
-    assert isinstance(law, OverSpeed)
+    law, best, chi, misfit, grid = fits[chosen]
     wider = widening(chi, speed.size - 1, known)
     number = Estimate("measured", float(np.exp(best)))
     if wider is not None:

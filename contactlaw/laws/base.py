@@ -107,8 +107,8 @@ class Law:
         return np.concatenate([pair.reshape(1).view(np.float64), own, *([] if speeds is None else [speeds])])
 
     def new_contact(self) -> tuple[Array, Array]:
-        """Return storage for a contact (`record.CONTACT`) and for the vectors of the law, both zero."""
-        return np.zeros(record.CONTACT_SIZE), np.zeros(2 * self.memory)
+        """Return an array of one contact (`record.CONTACT`) and the vectors of the law, both zero."""
+        return np.zeros(1, record.CONTACT), np.zeros(2 * self.memory)
 
     def functions(self) -> tuple[Callable[..., Any], ...]:
         """Return the functions force, stiffness and energy."""

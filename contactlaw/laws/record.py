@@ -29,11 +29,11 @@ def record_of(**values: Any) -> np.ndarray:
     return out
 
 
-CONTACT = record(
+CONTACT = np.dtype((np.record, record(
     "state", "course", "overlap", "before", "closing", "force", "elastic", "ratio", "f", "g", "reach", "scale",
     "mass", "tangential_mass", "stiffness", "e_star", "g_star", "radius", "friction", "mu", "zeta",
     "skew",
-)  # fmt: skip
+)))  # fmt: skip
 """State of one contact.
 
 state: OPEN: not touched yet. SLIDING: as a whole, since the touch or, by `microslip`, since an implicit step. SPRUNG:
@@ -93,11 +93,6 @@ def _vectors(pair: Any, memory: np.ndarray) -> np.ndarray:
     return memory[: 2 * int(pair.vectors)].reshape(2, -1)
 
 
-def contact_of(values: Any) -> Any:
-    """View of the contact at the start of an array of numbers."""
-    return _record_view(values, CONTACT)
-
-
 def pair_of(values: Any) -> Any:
     """View of the pair at the start of an array of numbers."""
     return _record_view(values, PAIR)
@@ -125,20 +120,13 @@ def ask_energy(pair: Any, contact: Any, law: Any, memory: Any) -> float:
     return energy(contact, _record_view(law, kind), _vectors(pair, memory))
 
 
-_contact_at, _pair_at = element(CONTACT), element(PAIR)
-
-
+_pair_at = element(PAIR)
 _NUMBER = types.float64
 _call_force: Any = caller(
     types.UniTuple(_NUMBER, 2)(CONTACT_TYPE, types.uint64, MEMORY_TYPE, _NUMBER, _NUMBER, _NUMBER)
 )
 _call_stiffness: Any = caller(_NUMBER(CONTACT_TYPE, types.uint64))
 _call_energy: Any = caller(_NUMBER(CONTACT_TYPE, types.uint64, MEMORY_TYPE))
-
-
-@overload(contact_of, jit_options={"forceinline": True})
-def _contact_of(values):
-    return lambda values: _contact_at(types.uintp(values.ctypes.data), 0)
 
 
 @overload(pair_of, jit_options={"forceinline": True})

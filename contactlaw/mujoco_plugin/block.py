@@ -1,13 +1,11 @@
 """The memory of the compiled callbacks: one block for each mjData, which holds its world.
 
 The first plugin instance of a model leads: its block and its part of plugin_state hold all contacts of the model, since
-bodies that touch through several instances move together. The blocks of the other instances only say that they do not.
+bodies that touch through several instances move together. The other instances have neither.
 
-The leader's part of plugin_state, in doubles: a token, which is a checksum of the rest for this model; a checksum of
-the coordinates and velocities at the end of the last step and of the numbers that the law reads of the model; that of
-these numbers alone; the generalised force of the contacts, shape (nv,); for free bodies the acceleration and torque by
-other forces, shape (nv,), see `free`; pose and velocity of each mocap body, shape (mocaps, 13); the world between two
-steps (`world.state`).
+The leader's part of plugin_state, in doubles: `STATE`; the generalised force of the contacts, shape (nv,); for free
+bodies the acceleration and torque by other forces, shape (nv,), see `free`; `MOVED` of each mocap body; the world
+between two steps (`world.state`).
 """
 
 import ctypes
@@ -19,11 +17,9 @@ from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 from contactlaw.jit import jit_inside
 from contactlaw.laws.record import record
 from contactlaw.memory import doubles_at, element, load_int
-from contactlaw.mujoco_plugin.layout import record_at
+from contactlaw.mujoco_plugin.layout import data_at, record_at
 from contactlaw.world.data.records import VECTOR, Array, Arrays
 
-TOKEN, LEFT, CONTENT, PUSH = range(4)  # first indices of the parts of the state
-MOCAP_SIZE = 13  # doubles of a mocap body in the state: position, quaternion, velocity, spin
 STARTS = 4  # states kept, of the last calls of compute: Runge-Kutta calls it four times a step
 
 allocate, free = ctypes.pythonapi.PyMem_RawCalloc, ctypes.pythonapi.PyMem_RawFree
@@ -32,7 +28,6 @@ free.argtypes, free.restype = [ctypes.c_void_p], None
 
 HEAD = record(
     # what every step needs comes first, in a few lines of the processor's cache
-    leads="i8",
     model="u8", data="u8",  # of the present call
     newest="i8", recent="u8",  # which is the newest of the states of the last calls of compute, and their address
     nq="i8", nv="i8",
@@ -49,7 +44,7 @@ HEAD = record(
     # ranges of the numbers that are compared, how many, and how many of these are of heights; copies: see `edits`
     ranges="u8", range_count="i8", height_ranges="i8", watched="u8",
     mocaps="u8", trees="u8",
-    own_size="i8", row="i8",  # doubles of the instance in plugin_state; where in them the state of the world begins
+    size="i8", row="i8",  # doubles of the instance in plugin_state; where in them the state of the world begins
     tree_stage="u8", tree_force="u8",  # addresses of `trees.serve` and `trees.press`
     report="u8", address="u8",  # addresses of the function for reports, and of this record
     # sensors: whether they are running; whether for means; room; for each shape the centre of mass of its body in the
@@ -60,11 +55,19 @@ HEAD = record(
     signature="u8", content="u8",  # hashes of the model: of its sizes and names; of all numbers that the law reads
     geoms="u8",  # address of the geom of each shape of the world
     reported="u8",  # address of the codes that have been reported of each instance, for all mjData: see `notices`
-    about="i8", about_a="i8", about_b="i8",  # instance and geoms of the present report; -1: none
     lag="f8",  # [s] by which velocities of the engine are behind its coordinates
     gravity=VECTOR,
 )  # fmt: skip
 """Head of a block."""
+
+STATE = record(
+    "token",  # checksum of all that follows, for this model
+    "left",  # that of coordinates and velocities at the end of the last step, and of what `content` is of
+    "content",  # that of the numbers that the law reads of the model
+)
+"""Checksums at the beginning of the state."""
+
+PUSH = len(STATE.names or ())  # where the force of the contacts begins in the state
 
 FREE = record(
     body="i8", id="i8",  # row in the world; number in the model
@@ -80,6 +83,9 @@ FREE = record(
 
 MOCAP = record(body="i8", id="i8")
 """A mocap body: the user moves it, and no force does."""
+
+MOVED = record(position=VECTOR, quaternion=("f8", (4,)), velocity=VECTOR, spin=VECTOR)
+"""Pose and velocity of a mocap body in the last step, in the state; a quaternion of zeros: there was none."""
 
 JOINTED = record(
     tree="i8",  # in the world
@@ -101,8 +107,10 @@ SENSOR = record(
 head_at: Any = element(HEAD)
 free_at: Any = element(FREE)
 mocap_at: Any = element(MOCAP)
+moved_at: Any = element(MOVED)
 jointed_at: Any = element(JOINTED)
 sensor_at: Any = element(SENSOR)
+state_at: Any = element(STATE)
 
 
 @jit_inside
@@ -127,6 +135,12 @@ def number(address, i):
 def entry(address, i):
     """Return element i of an array of C int."""
     return int(load_int(types.uintp(address) + types.uintp(4 * i)))
+
+
+@jit_inside
+def checksums(head):
+    """Return the checksums of the state in mjData."""
+    return state_at(shifted(data_at(head.data, 0).plugin_state, head.state), 0)
 
 
 @jit_inside

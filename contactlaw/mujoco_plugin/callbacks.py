@@ -15,17 +15,15 @@ from contactlaw.jit import c_callback
 from contactlaw.memory import copy_wholes, same_wholes, whole_at
 from contactlaw.mujoco_plugin import free, layout, notices
 from contactlaw.mujoco_plugin.block import (
-    CONTENT,
-    LEFT,
-    MOCAP_SIZE,
     PUSH,
     STARTS,
-    TOKEN,
+    checksums,
     floats,
     free_at,
     head_at,
     last_state,
     mocap_at,
+    moved_at,
     shifted,
 )  # fmt: skip
 from contactlaw.mujoco_plugin.edits import is_edited
@@ -70,12 +68,12 @@ def move_world(head, w, state):
     m, w.step, w.age = model_at(head.model, 0), head.step_size, 0
     head.lag = 0.0 if m.opt.integrator == layout.RUNGE_KUTTA else 0.5 * m.opt.timestep
     store(head.gravity, (0.0, 0.0, 0.0) if m.opt.disableflags & layout.NO_GRAVITY else load(m.opt.gravity))
-    known = head.mocap_count == 0 and w.stale != 0
-    known = known and state[LEFT] == end_checksum(head, shifted(head.start, 1), shifted(head.start, 1 + head.nq))
+    known, start = head.mocap_count == 0 and w.stale != 0, head.start
+    known = known and checksums(head).left == end_checksum(head, shifted(start, 1), shifted(start, 1 + head.nq))
     for i in range(head.free_count):
         free.read_free(head, free_at(head.frees, i), known)
     for i in range(head.mocap_count):
-        read_mocap(head, w, mocap_at(head.mocaps, i), state[PUSH + 2 * head.nv + MOCAP_SIZE * i :])
+        read_mocap(head, w, mocap_at(head.mocaps, i), moved_at(shifted(state.ctypes.data, PUSH + 2 * head.nv), i))
     run_trees(head, FIND)
     if head.tree_count == 0 and head.mocap_count == 0 and is_at_rest(w):
         for i in range(head.free_count):
@@ -126,7 +124,7 @@ def sleeps_on(head):
     d, q_and_v = data_at(head.data, 0), head.nq + head.nv
     same = same_wholes(d.qacc, shifted(head.left, 1 + q_and_v), head.nv)
     same = same and same_wholes(shifted(head.start, 1), shifted(head.left, 1), q_and_v)
-    return same and floats(d.plugin_state, head.state, 1)[TOKEN] == head.token
+    return same and checksums(head).token == head.token
 
 
 @jit
@@ -136,20 +134,20 @@ def run_trees(head, stage):
 
 
 @jit
-def read_mocap(head, w, p, left_io):
-    """Let a mocap body move to its present pose from where the last step left it; a state of zeros: it stays."""
+def read_mocap(head, w, p, before):
+    """Let a mocap body move to its present pose from where it was before, which is then overwritten; see `MOVED`."""
     b, d = body_at(w.bodies, p.body), data_at(head.data, 0)
     place, turn = load(floats(d.xpos, 3 * p.id, 3)), load4(floats(d.xquat, 4 * p.id, 4))
-    known = left_io[3] != 0.0 or left_io[4] != 0.0 or left_io[5] != 0.0 or left_io[6] != 0.0
-    store(b.position, load(left_io) if known else place)
-    store4(b.quaternion, load4(left_io[3:]) if known else turn)
-    store(b.velocity, load(left_io[7:]))
-    store(b.spin, load(left_io[10:]))
+    known = load4(before.quaternion) != (0.0, 0.0, 0.0, 0.0)
+    store(b.position, load(before.position) if known else place)
+    store4(b.quaternion, load4(before.quaternion) if known else turn)
+    store(b.velocity, load(before.velocity))
+    store(b.spin, load(before.spin))
     move_kinematic(w, b, place, turn, head.step_size)
-    store(left_io, place)
-    store4(left_io[3:], turn)
-    store(left_io[7:], load(b.velocity))
-    store(left_io[10:], load(b.spin))
+    store(before.position, place)
+    store4(before.quaternion, turn)
+    store(before.velocity, load(b.velocity))
+    store(before.spin, load(b.spin))
 
 
 @jit
@@ -196,8 +194,8 @@ def save_state(head, state):
 @jit
 def load_state(head):
     """Return the law's part of plugin_state, after the world has been brought to it."""
-    state = floats(data_at(head.data, 0).plugin_state, head.state, head.own_size)
-    if state[TOKEN] != head.token:
+    state = floats(data_at(head.data, 0).plugin_state, head.state, head.size)
+    if checksums(head).token != head.token:
         load_world(head, world_at(head.world, 0), state)
     return state
 
@@ -205,15 +203,16 @@ def load_state(head):
 @jit
 def load_world(head, w, state):
     """Bring the world to a state that its own last step has not left; without contacts if the checksum is wrong."""
-    sound, dropped = state[TOKEN] == token_of(head, state, state.size, state.size), 0
+    known, dropped = checksums(head), 0
+    sound = known.token == token_of(head, state, state.size, state.size)
     if not sound:
         clear(state[PUSH:])
     forget_motion(w)
     if ready(w, READ_STATE):
         row = state[head.row :]
         dropped = call_read(address(w, READ_STATE), w, row.ctypes.data, row.size)
-        head.token, head.idle = state[TOKEN], 0
-        if head.token != 0.0 and state[CONTENT] != as_float(types.uint64(head.content)):
+        head.token, head.idle = known.token, 0
+        if head.token != 0.0 and known.content != as_float(types.uint64(head.content)):
             w.edited = max(w.edited, EDITED_BODIES)
     if head.token == 0.0:  # after a reset all bodies count as moved by the user: initial overlaps must be found
         left = floats(head.left, 1, head.nq)
@@ -246,15 +245,14 @@ def store_state(head, w, state):
             add_force(head, p.body_b, load(c.arm_b), scale(-1.0, force), push)
     for i in range(head.free_count):
         free.turn_moment(head, free_at(head.frees, i), push)
-    d, head.idle = data_at(head.data, 0), 1 if w.spares == w.contact_room else 0
-    state[LEFT] = end_checksum(head, d.qpos, d.qvel) if head.idle == 0 else 0.0
-    state[CONTENT] = as_float(types.uint64(head.content)) if head.idle == 0 else 0.0
+    d, known, head.idle = data_at(head.data, 0), checksums(head), 1 if w.spares == w.contact_room else 0
+    known.left = end_checksum(head, d.qpos, d.qvel) if head.idle == 0 else 0.0
+    known.content = as_float(types.uint64(head.content)) if head.idle == 0 else 0.0
     lost = write(w, state[head.row :])
     if lost > 0:
         report_once(head, notices.UNSAVED, float(lost))
     first, last = unused_span(w, state[head.row :])
-    head.token = token_of(head, state, head.row + first, head.row + last)
-    state[TOKEN] = head.token
+    known.token = head.token = token_of(head, state, head.row + first, head.row + last)
 
 
 @jit
@@ -285,37 +283,38 @@ def end_checksum(head, q, v):
 
 @jit
 def head_of(m, d, instance):
-    """Return the head of the block of an instance, and note in it the model and mjData that it is called with."""
+    """Return the head of the block of the leading instance, and note in it the model and mjData of this call."""
     head = head_at(block_address(d, instance), 0)
     head.model, head.data = m, d
     return head
 
 
 @jit
-def is_active(head):
+def is_active(m, d, instance):
     """Return whether an instance leads and contacts are enabled."""
-    return head.leads != 0 and model_at(head.model, 0).opt.disableflags & layout.NO_CONTACT == 0
+    leads = block_address(d, instance) != types.uintp(0)
+    return leads and model_at(m, 0).opt.disableflags & layout.NO_CONTACT == 0
 
 
 @c_callback(types.void(types.uintp, types.uintp, types.int32, types.int32), layout.KEY)
 def compute(m, d, instance, capability):
     """Save the state and add the force of the contacts; or, for sensors, evaluate those of the law."""
-    head = head_of(m, d, instance)
-    if not is_active(head):
+    if not is_active(m, d, instance):
         return
+    head = head_of(m, d, instance)
     if capability == layout.SENSOR:
         if head.sense != 0:
             load_state(head)
             call_sense(head.sense, head.address, head.averages)
         return
     if (head.calm == 0 or head.newest == 0) and is_edited(head):
-        send_report(head, notices.EDITED, 0.0)
+        send_report(head, notices.EDITED, 0.0, -1, -1)
         head = head_of(m, d, instance)
     head.newest = (head.newest + 1) % STARTS
     save_state(head, last_state(head))
     d = data_at(head.data, 0)
-    state, given = floats(d.plugin_state, head.state, head.own_size), floats(head.given, 0, head.nv)
-    known = head.calm != 0 and state[TOKEN] == head.token  # `given` is what it was in the last step
+    state, given = floats(d.plugin_state, head.state, head.size), floats(head.given, 0, head.nv)
+    known = head.calm != 0 and checksums(head).token == head.token  # `given` is what it was in the last step
     for i in range(0 if known else head.nv):
         given[i] = state[PUSH + i] if abs(state[PUSH + i]) < LARGEST else 0.0
     passive = floats(d.qfrc_passive, 0, head.nv)
@@ -326,15 +325,15 @@ def compute(m, d, instance, capability):
 @c_callback(types.void(types.uintp, types.uintp, types.int32), layout.KEY)
 def advance(m, d, instance):
     """After the engine's step: take that of the world and write the bodies that were touched."""
-    head = head_of(m, d, instance)
-    if not is_active(head):
+    if not is_active(m, d, instance):
         return
+    head = head_of(m, d, instance)
     if model_at(m, 0).opt.disableflags & layout.NO_PASSIVE == layout.NO_PASSIVE:  # MuJoCo has not called `compute`
         report_once(head, notices.SWITCHED_OFF, 0.0)
         return
     done = step_world(head)
     if done == EDITED:
-        send_report(head, notices.EDITED, 0.0)
+        send_report(head, notices.EDITED, 0.0, -1, -1)
         head = head_of(m, d, instance)
         done = step_world(head)
     if done != REPEATED:
@@ -349,9 +348,9 @@ def advance(m, d, instance):
 @c_callback(types.void(types.uintp, types.uintp, types.uintp, types.int32), layout.KEY)
 def reset(m, state, block, instance):
     """Clear the state and all contacts, so that what follows is as in a new `MjData`."""
-    head = head_at(block, 0)
-    clear(floats(state, 0, head.own_size))
-    if head.leads != 0:
+    if block != types.uintp(0):
+        head = head_at(block, 0)
+        clear(floats(state, 0, head.size))
         forget_motion(world_at(head.world, 0))
 
 

@@ -169,13 +169,12 @@ def _compile_with_contacts(
                 "always does), as these geoms would become such"
             )
         _check_parent_child(plain, f"contacts[{entry.number}]", entry.ones, entry.twos)
-    give_names(spec.geoms, [geom for entry in every for geom in (*entry.ones, *entry.twos)])
+    give_names(spec, [geom for entry in every for geom in (*entry.ones, *entry.twos)])
     if len(some) < len(every):
         replace_all(spec, plain, [*(entry for entry in every if entry.as_native), *left])
-    known = list(spec.geoms) if some else []
     for one in some:
         try:
-            replace_native_contacts(spec, known, one)
+            replace_native_contacts(spec, one)
         except ValueError as error:
             raise ValueError(f"contacts[{one.number}]: {error}") from None
     compiled = _compiled(spec)

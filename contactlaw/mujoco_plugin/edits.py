@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from contactlaw.memory import same_wholes, whole_at
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import TOKEN, floats, shifted
+from contactlaw.mujoco_plugin.block import checksums, shifted
 from contactlaw.mujoco_plugin.layout import data_at, jit
 
 OF_BODIES = ("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia")
@@ -84,8 +84,7 @@ def _runs_of(numbers: Sequence[int]) -> Iterator[tuple[int, int]]:
 @jit
 def is_edited(head):
     """Return whether any watched number differs from its copy; heights count where an episode begins."""
-    d = data_at(head.data, 0)
-    goes_on = d.time != 0.0 and floats(d.plugin_state, head.state, 1)[TOKEN] == head.token
+    goes_on = data_at(head.data, 0).time != 0.0 and checksums(head).token == head.token
     kept = head.watched
     for i in range(head.range_count - head.height_ranges if goes_on else head.range_count):
         start = shifted(whole_at(head.model, whole_at(head.ranges, 3 * i)), whole_at(head.ranges, 3 * i + 1))

@@ -47,7 +47,7 @@ def contact_instances(view: layout.ModelView) -> list[int]:
 
 def leads(view: layout.ModelView, number: int) -> bool:
     """Return whether an instance is the first contact of the model, whose block holds the world (see `block`)."""
-    return [number] == contact_instances(view)[:1]
+    return number == next((one for one in instances(view) if any(configured(view, one))), None)
 
 
 def unserved_readers(view: layout.ModelView) -> Iterator[str]:
@@ -59,12 +59,9 @@ def unserved_readers(view: layout.ModelView) -> Iterator[str]:
     if not (sticky.size or sensors.size):
         return
     geoms = {geom for number in contact_instances(view) for geom in ContactInstance(view, number).geoms}
-    bodies, above = set(view.geom_bodyid[list(geoms)].tolist()), set[int]()
-    for body in bodies:
-        while body and body not in above:
-            above.add(body)
-            body = int(view.body_parentid[body])
-    of_law = {_GEOM: geoms, _BODY: bodies, _TREE: above | {0}}  # a site, or no object, may have any geoms
+    bodies = set(view.geom_bodyid[list(geoms)].tolist())
+    trees = {above for body in bodies for above in view.chain(body)}
+    of_law = {_GEOM: geoms, _BODY: bodies, _TREE: trees | {0}}  # a site, or no object, may have any geoms
     for k in sticky.tolist():
         body = int(view.actuator_trnid[k, 0])
         if body in bodies:
@@ -208,14 +205,18 @@ def check(view: layout.ModelView, known: list[ContactInstance], moves: Callable[
             return margins[min(pair), max(pair)] >= 0.0
         return (low << 16) + high not in excluded and touch(bits[pair[0]], bits[pair[1]])
 
+    holders: dict[int, set[int]] = {}  # of each geom the contacts that hold it, so far
     for number, member in enumerate(known):
         shapes = member.shapes
         if not any(moves(geom) for geom in member.geoms):
             raise ValueError("geom1, geom2: none of these geoms can move")
         if member.native:
             continue
-        for other in known[:number]:
-            twice = None if other.native else member.sets.common(other.sets)
+        near = [set[int]().union(*(holders.get(geom, ()) for geom in side)) for side in member.sides]
+        for geom in member.geoms:
+            holders.setdefault(geom, set()).add(number)
+        for other in sorted(set.intersection(*near)):
+            twice = member.sets.common(known[other].sets)
             if twice:
                 raise ValueError(f"{_names(shapes, twice)}: this pair has been added before")
         sets = member.sets

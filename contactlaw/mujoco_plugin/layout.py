@@ -2,6 +2,7 @@
 
 import ctypes
 import hashlib
+from collections.abc import Iterator
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
@@ -115,6 +116,12 @@ class ModelView:
         """Return the id of a geom; -1 if there is none of this name."""
         return LIBRARY.mj_name2id(self.address, GEOM, name.encode())
 
+    def chain(self, body: int) -> Iterator[int]:
+        """Yield a body and those that carry it, without the world's."""
+        while body:
+            yield body
+            body = int(self.body_parentid[body])
+
     def option(self, field: str) -> int:
         """Return an integer option, such as disableflags."""
         return int(self._struct["opt"][field])
@@ -165,15 +172,17 @@ def plugin_of(name: str) -> tuple[int | None, int]:
     return LIBRARY.mjp_getPlugin(name.encode(), ctypes.byref(slot)), slot.value
 
 
-def view_of(model: mujoco.MjModel, data: mujoco.MjData | None = None) -> ModelView:
-    """Return the view of a model, checked; data: a state that must belong to it, if given.
+def view_of(model: mujoco.MjModel, *states: mujoco.MjData) -> ModelView:
+    """Return the view of a model, checked; states: must belong to it.
 
     Raises:
         ValueError: They are something else, or do not belong together.
     """
     checks.instance("model", model, mujoco.MjModel)
-    if data is not None and (data.signature != model.signature or data.plugin_data.size != model.nplugin):
-        raise ValueError("data: is of another model")
+    for data in states:
+        checks.instance("data", data, mujoco.MjData)
+        if data.signature != model.signature or data.plugin_data.size != model.nplugin:
+            raise ValueError("data: is of another model")
     return ModelView(model._address)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.mujoco_plugin import layout, sensors, trees
-from contactlaw.mujoco_plugin.block import FREE, JOINTED, MOCAP, MOCAP_SIZE, PUSH, SENSOR, STARTS, build
+from contactlaw.mujoco_plugin.block import FREE, JOINTED, MOCAP, MOVED, PUSH, SENSOR, STARTS, build
 from contactlaw.mujoco_plugin.edits import watched_ranges
 from contactlaw.mujoco_plugin.instances import (
     ContactInstance,
@@ -91,7 +91,7 @@ class Model:
     @property
     def _row(self) -> int:
         """Where the state of the world begins in it."""
-        return PUSH + 2 * self._m.nv + MOCAP_SIZE * len(self._mocaps)
+        return PUSH + 2 * self._m.nv + MOVED.itemsize // 8 * len(self._mocaps)
 
     @property
     def _world_size(self) -> int:
@@ -117,13 +117,14 @@ class Model:
         carriers = {geom: carrier for geom, (carrier, _) in self._carriers.items()}
         dofs = self._m.body_dofnum
         check(self._m, self._contacts, lambda geom: dofs[carriers[geom]] > 0)
-        if self._m.npluginstate < self.state_size:
+        if self._m.plugin_statenum[self._contacts[0].number] < self.state_size:
             raise ValueError("plugin_state: is shorter than the law needs; the model must be compiled by spec.compile")
 
     def block(self, report: int) -> int:
         """Make a block for the leading instance and return its address; report: address of the function for reports."""
         m, nq, nv = self._m, self._m.nq, self._m.nv
         own = {instance.number: number for number, instance in enumerate(self._contacts)}
+        leader = self._contacts[0].number
         senses, listed = sensors.rows_of(m, dict.fromkeys(instances(m), -1) | own)
         watch, values = self._watched()
         geoms, shapes = self._geom_of_shape, self.arrays.shapes
@@ -131,8 +132,8 @@ class Model:
         frees = [free | {"unguarded": free["body"] in loose} for free in self._frees]
         supply(STEP)
         return build(self.arrays, {
-            "leads": 1, "own_size": self.state_size, "report": report, "body_count": m.nbody,
-            "state": m.plugin_stateadr[self._contacts[0].number], "row": self._row, "nq": nq, "nv": nv,
+            "report": report, "body_count": m.nbody, "nq": nq, "nv": nv,
+            "state": m.plugin_stateadr[leader], "size": m.plugin_statenum[leader], "row": self._row,
             "signature": m.signature, "content": layout.hash_of(m.plugin_attr.tobytes() + values.tobytes()),
             "recent": np.zeros(STARTS * (1 + nq + nv)), "left": np.zeros(1 + nq + 2 * nv), "given": np.zeros(nv),
             "frees": with_rows(np.zeros(0, FREE), frees), "free_count": len(frees),
@@ -149,12 +150,8 @@ class Model:
 
     def _watched(self) -> tuple[NDArray[np.int64], Array]:
         """Return the `watched_ranges` of all that the world is made from: trees, and the bodies that carry geoms."""
-        parent = self._m.body_parentid.tolist()
-        bodies = {int(self._m.geom_bodyid[geom]) for geom in self._geom_shapes} | set(self._rows)
-        for body in tuple(bodies):
-            while body:
-                bodies.add(body)
-                body = parent[body]
+        carrying = {int(self._m.geom_bodyid[geom]) for geom in self._geom_shapes} | set(self._rows)
+        bodies = {above for body in carrying for above in self._m.chain(body)}
         return watched_ranges(self._m, sorted(bodies), sorted(self._geom_shapes))
 
     def _carrier(self, body: int) -> tuple[int, Pose]:
@@ -237,7 +234,7 @@ class Model:
     @cached_property
     def _held(self) -> list[list[int]]:
         """The velocities of each equality constraint of bodies, joints or tendons."""
-        m, parent, out = self._m, self._m.body_parentid.tolist(), list[list[int]]()
+        m, out = self._m, list[list[int]]()
         for kind, objects, *ids in np.array([m.eq_type, m.eq_objtype, m.eq_obj1id, m.eq_obj2id]).T.tolist():
             bodies, own = list[int](), list[int]()
             for one in (number for number in ids if number >= 0):
@@ -247,10 +244,8 @@ class Model:
                     bodies += self._bodies_of_tendon(one)
                 elif kind in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
                     bodies.append(int(m.site_bodyid[one]) if objects == mujoco.mjtObj.mjOBJ_SITE else one)
-            for body in bodies:
-                while body:
-                    own += range(int(m.body_dofadr[body]), int(m.body_dofadr[body] + m.body_dofnum[body]))
-                    body = parent[body]
+            for above in (above for body in bodies for above in m.chain(body)):
+                own += range(int(m.body_dofadr[above]), int(m.body_dofadr[above] + m.body_dofnum[above]))
             out.append(sorted(set(own)))
         return out
 

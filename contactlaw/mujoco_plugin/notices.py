@@ -32,8 +32,8 @@ TEXTS = DOUBTFUL | {
 }
 """Warnings by code; {} stands for the value of the report."""
 
-call_report: Any = caller(types.void(types.int64, types.int64, types.float64))
-"""Call void (*function)(int64 block, int64 code, double value) at an address."""
+call_report: Any = caller(types.void(*(types.int64, types.int64, types.float64, types.int64, types.int64)))
+"""Call void (*function)(int64 block, int64 code, double value, int64 geom_a, int64 geom_b) at an address."""
 
 
 _REPORTED: dict[int, dict[tuple[int, int], NDArray[np.int64]]] = {}  # by address of a model; living mjData have these
@@ -54,24 +54,23 @@ def forget_reports(address: int) -> None:
 @jit
 def report_once(head, code, value):
     """Report something of the model as a whole, unless it has been reported."""
-    head.about, head.about_a, head.about_b = 0, -1, -1
-    report_if_new(head, code, value)
+    report_if_new(head, 0, code, value, -1, -1)
 
 
 @jit
-def report_if_new(head, code, value):
-    """Report a code of what the head is about (`about`, `about_a`, `about_b`), unless it has been reported."""
-    said = whole_at(head.reported, head.about)
+def report_if_new(head, instance, code, value, a, b):
+    """Report a code about two geoms of an instance, unless it has been reported of the instance."""
+    said = whole_at(head.reported, instance)
     if said & code == 0 and not error_pending(world_at(head.world, 0).demand):
-        set_whole(head.reported, head.about, said | code)
-        send_report(head, code, value)
+        set_whole(head.reported, instance, said | code)
+        send_report(head, code, value, a, b)
 
 
 @jit
-def send_report(head, code, value):
-    """Call Python with a code and a value."""
+def send_report(head, code, value, a, b):
+    """Call Python with a code, a value, and the geoms that it is about; -1: the model as a whole."""
     table = world_at(head.world, 0).demand
-    call_report(head.report, head.address, code, value)
+    call_report(head.report, head.address, code, value, a, b)
     raise_later(table)
 
 
@@ -82,12 +81,10 @@ def report_contacts(head, w):
         p = near_at(w.near, k)
         if p.slot >= 0:
             c = contact_at(w.contacts, p.slot)
-            bits = doubts_of(w, c)
+            bits, a, b = doubts_of(w, c), whole_at(head.geoms, c.shape_a), whole_at(head.geoms, c.shape_b)
             for bit in DOUBTS:
                 if bits & bit != 0:
-                    head.about, head.about_a = c.pair, whole_at(head.geoms, c.shape_a)
-                    head.about_b = whole_at(head.geoms, c.shape_b)
-                    report_if_new(head, bit, doubt_value(c, bit))
+                    report_if_new(head, c.pair, bit, doubt_value(c, bit), a, b)
     if w.lost > 0:
         report_once(head, FULL, float(w.contact_room))
         w.lost = 0

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from contactlaw import checks
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.instances import contact_instances
 from contactlaw.mujoco_plugin.readout import View, view_of
@@ -24,7 +23,7 @@ def overlaps_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Overlap]:
     An environment that draws initial positions until `data.ncon` is zero does not see these contacts. After `data.qpos`
     has been set, call mj_kinematics (or mj_forward) first.
     """
-    if not contact_instances(layout.view_of(model, checks.instance("data", data, mujoco.MjData))):
+    if not contact_instances(layout.view_of(model, data)):
         return []
     pairs = _near_pairs(model, data, view_of(model, data))
     depths = [(one, two, -mujoco.mj_geomDistance(model, data, one, two, 0.0, None)) for one, two in pairs]

@@ -12,7 +12,7 @@ import mujoco
 
 from contactlaw import jit
 from contactlaw.mujoco_plugin import config, edits, layout, notices
-from contactlaw.mujoco_plugin.block import HEAD, STARTS, allocate, free
+from contactlaw.mujoco_plugin.block import HEAD, STARTS, free
 from contactlaw.mujoco_plugin.instances import contact_instances, instances, leads, unserved_readers
 from contactlaw.mujoco_plugin.layout import record_at
 from contactlaw.mujoco_plugin.model import Model
@@ -82,13 +82,13 @@ def _block_slot(data: int, number: int) -> ctypes.c_size_t:
 
 
 def _new_block(view: layout.ModelView, number: int) -> int:
-    """Make the block of an instance and return its address.
+    """Make the block of an instance and return its address; zero if it does not lead.
 
     Raises:
         ValueError: The law cannot serve the model.
     """
     if not leads(view, number):
-        return allocate(1, HEAD.itemsize)
+        return 0
     made = Model(view)
     made.check()
     return made.block(_REPORT_ADDRESS)
@@ -112,7 +112,6 @@ def _rebuild_block(model: int, data: int) -> str:
         before["edited"][0],
         RESIZED if any(changed[name] for name in ("geom_type", "geom_size", *edits.OF_FIELDS)) else EDITED,
     )
-    new["own_size"] = old["own_size"]  # room that another shape had stays
     View(new).pairs["friction"] = View(old).pairs["friction"]  # `set_friction` may have changed it
     new["newest"] = old["newest"]  # with what is known of the step under way
     nv, states = int(old["nv"]), STARTS * (1 + int(old["nq"]) + int(old["nv"]))
@@ -142,26 +141,24 @@ def _checked_types(view: layout.ModelView, geoms: list[int]) -> str:
     return ", ".join(texts)
 
 
-@ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_double)
+@ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_double, ctypes.c_int64, ctypes.c_int64)
 @demand.catches
-def report(address: int, code: int, value: float) -> None:
-    """Warn of something that a compiled callback found, see `notices`; address: of the block."""
+def report(address: int, code: int, value: float, *geoms: int) -> None:
+    """Warn of something that a compiled callback found, see `notices`; address: of the block. geoms: -1: none."""
     head, edited = record_at(address, HEAD, 1)[0], code == notices.EDITED
-    if edited:
-        head["about_a"] = head["about_b"] = -1
-    where = _where(head)
+    where = _where(head, geoms)
     why = _rebuild_block(int(head["model"]), int(head["data"])) if edited else ""
     if why or not edited:
         warnings.warn(f"{where}: {notices.TEXTS[code].format(value)}{why}", ContactWarning, stacklevel=3)
 
 
-def _where(head: Any) -> str:
+def _where(head: Any, geoms: tuple[int, ...]) -> str:
     """Return which geoms a report is about, and the time, for the message."""
     time = record_at(head["data"], layout.DATA, 1)[0]["time"]
     view = layout.ModelView(int(head["model"]))
     named = [
         f"{view.label('geom', geom)} of body {view.label('body', int(view.geom_bodyid[geom]))}"
-        for geom in (int(head["about_a"]), int(head["about_b"]))
+        for geom in geoms
         if geom >= 0
     ]
     return f"{' on '.join(named) or 'contacts'} at {time:.6g} s"

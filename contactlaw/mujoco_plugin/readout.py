@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from contactlaw import checks
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import HEAD, TOKEN
+from contactlaw.mujoco_plugin.block import HEAD, PUSH, STATE
 from contactlaw.mujoco_plugin.instances import ContactInstance, contact_instances
 from contactlaw.mujoco_plugin.layout import record_at
 from contactlaw.world.data.demand import READ, supply
@@ -79,18 +79,18 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> list[C
     out = []
     rows = world.contacts[(world.contacts["phase"] != FREE) & (world.contacts["pair"] == world.number)]
     rows = rows[np.lexsort((rows["shape_b"], rows["shape_a"]))]
-    for row, force, point in zip(rows, world.mean_forces(rows, dt), world.points(rows), strict=True):
+    for row, impulse, point in zip(rows, mean_impulses(world.bodies, rows, dt), world.points(rows), strict=True):
         one, two = (int(world.geoms[row[shape]]) for shape in ("shape_a", "shape_b"))
         sign, normal = 1.0, row["normal"].copy()
         if sets.reversed(one, two):
             one, two, sign = two, one, -1.0
-        force = sign * force
+        impulse = sign * impulse
         across = row["force"] - (row["force"] @ normal) * normal
         touching = bool(row["phase"] == CLOSED)
         out.append(
             ContactState(
                 one, two, touching, float(row["touch"]["overlap"]), sign * normal,
-                float(row["touch"]["force"]), sign * across, dt * force, force,
+                float(row["touch"]["force"]), sign * across, impulse, impulse / dt,
                 point, *_patch(row["touch"], float(np.linalg.norm(across))),
             )
         )  # fmt: skip
@@ -119,14 +119,14 @@ def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     tree (`data.subtree_com[model.body_rootid]`); zero for the world. Observations that use `cfrc_ext`, which has the
     engine's own contacts and applied forces, need the sum of both.
     """
-    known = contact_instances(layout.view_of(model, checks.instance("data", data, mujoco.MjData)))
+    known = contact_instances(layout.view_of(model, data))
     out = np.zeros((model.nbody, 6))
     if not known:
         return out
     world = view_of(model, data)
     rows = world.contacts[world.contacts["phase"] != FREE]
     points = world.points(rows)
-    forces = world.mean_forces(rows, float(model.opt.timestep))
+    forces = mean_impulses(world.bodies, rows, model.opt.timestep) / model.opt.timestep
     moments = -rows["torsion"]["moment"][:, None] * rows["normal"]
     for shape, sign in (("shape_a", 1.0), ("shape_b", -1.0)):
         bodies = model.geom_bodyid[world.geoms[rows[shape]]]
@@ -156,10 +156,6 @@ class View:
         """Return the points of contact [m], shape (n, 3)."""
         return self.bodies["position"][rows["body_a"]] + rows["arm_a"]
 
-    def mean_forces(self, rows: NDArray[Any], dt: float) -> Array:
-        """Return the mean forces on A over the last step [N], shape (n, 3)."""
-        return mean_impulses(self.bodies, rows, dt) / dt
-
 
 def view_of(model: mujoco.MjModel, data: mujoco.MjData, name: Any = FIRST) -> View:
     """Return the view of an mjData, after its world has been brought to `data.plugin_state` if that was set.
@@ -167,18 +163,19 @@ def view_of(model: mujoco.MjModel, data: mujoco.MjData, name: Any = FIRST) -> Vi
     Raises:
         ValueError: The model has no such contact, or the data belongs to another model.
     """
-    known = contact_instances(layout.view_of(model, checks.instance("data", data, mujoco.MjData)))
+    known = contact_instances(layout.view_of(model, data))
     number = known[0] if name is FIRST and known else -1
     if isinstance(name, str):  # mj_name2id ends the process if it is None
         number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_PLUGIN, name)
     if number not in known:
         raise ValueError(f"name = {name!r}: must be the name of a plugin instance of the model")
     head = record_at(data.plugin_data[known[0]], HEAD, 1)[0]
-    state = data.plugin_state[int(head["state"]) :][: int(head["own_size"])]
-    if state[TOKEN] != head["token"]:
+    state = data.plugin_state[int(head["state"]) :][: int(head["size"])]
+    token = state[:PUSH].view(STATE)["token"][0]
+    if token != head["token"]:
         row = state[int(head["row"]) :]
         _READ(supply(READ))(int(head["world"]), row.ctypes.data, row.size)
-        head["token"] = state[TOKEN]
+        head["token"] = token
     head["calm"] = 0  # the caller may change something, such as friction
     return View(head, known.index(number))
 

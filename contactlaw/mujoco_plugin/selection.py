@@ -1,7 +1,8 @@
 """Selection of geoms of a specification by name, pattern, body or id."""
 
 import operator
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cache
 from itertools import count
 from typing import Any
 
@@ -16,8 +17,7 @@ MAX_NAMES = 20  # in a message
 Selector = str | int | mujoco.MjsGeom
 
 
-def geoms_of(spec: mujoco.MjSpec, *what: Selector | Sequence[Selector], argument: str = "geoms",
-             known: list[Any] | None = None) -> list[Any]:  # fmt: skip
+def geoms_of(spec: mujoco.MjSpec, *what: Selector | Sequence[Selector], argument: str = "geoms") -> list[Any]:
     """Return the geoms of a specification that a selection means, each once, for `add_contact`.
 
     Args:
@@ -31,20 +31,23 @@ def geoms_of(spec: mujoco.MjSpec, *what: Selector | Sequence[Selector], argument
             a geom of the specification.
             Patterns and bodies leave out visual geoms (contype = conaffinity = 0); a name or an id selects them too.
         argument: Name of the argument in messages.
-        known: All geoms of the specification, if already listed; listing takes a time that grows as their square.
 
     Raises:
         ValueError: A selector means nothing; the message offers the nearest names.
     """
-    every = list(checks.instance("spec", spec, mujoco.MjSpec).geoms) if known is None else known
-    named, ids = {geom.name: geom for geom in every if geom.name}, {geom.id: geom for geom in every}
-    there, found = set(every), dict[Any, None]()
+    checks.instance("spec", spec, mujoco.MjSpec)
+    listed = cache(lambda: {geom: geom.id for geom in spec.geoms})  # only if needed: its time grows as the square
+    found = dict[Any, None]()
     for item in checks.flat(what, mujoco.MjsGeom):
+        name = item if isinstance(item, str) else item.name if isinstance(item, mujoco.MjsGeom) else ""
+        named = spec.geom(name) if name else None
         try:
-            if isinstance(item, str):
-                found.update(dict.fromkeys(_by_text(spec, named, len(every), item)))
+            if named and item in (name, named):
+                found[named] = None
+            elif isinstance(item, str):
+                found.update(dict.fromkeys(_by_text(spec, listed, item)))
             else:
-                found[item if isinstance(item, mujoco.MjsGeom) and item in there else _by_id(ids, item)] = None
+                found[_by_id(listed(), item)] = None
         except ValueError as error:
             shown = f"geom {item.name!r}" if isinstance(item, mujoco.MjsGeom) else repr(item)
             raise ValueError(f"{argument} = {shown}: {error}") from None
@@ -64,19 +67,17 @@ def first_of(texts: Sequence[str], most: int, noun: str = "") -> str:
     return ", ".join(texts[:most]) + more
 
 
-def give_names(every: Iterable[Any], geoms: Iterable[Any]) -> None:
-    """Name geoms that have no name after their body, with a number; every: all geoms of the specification."""
-    taken, numbers = {geom.name for geom in every}, dict[str, Iterator[int]]()
-    for geom in geoms:
+def give_names(spec: mujoco.MjSpec, geoms: Iterable[Any]) -> None:
+    """Name geoms of a specification that have no name after their body, with a number."""
+    numbers = dict[str, Iterator[int]]()
+    for geom in (geom for geom in geoms if not geom.name):
         stem = f"{geom.parent.name or 'body'}_geom".replace(" ", "_")
         names = (f"{stem}{number}" for number in numbers.setdefault(stem, count()))
-        geom.name = geom.name or next(name for name in names if name not in taken)
+        geom.name = next(name for name in names if spec.geom(name) is None)
 
 
-def _by_text(spec: mujoco.MjSpec, named: dict[str, Any], count: int, text: str) -> list[Any]:
-    """Return the geoms that a text means; named: geoms by name, count: number of all geoms, with a name or without."""
-    if text in named:
-        return [named[text]]
+def _by_text(spec: mujoco.MjSpec, listed: Callable[[], Iterable[Any]], text: str) -> list[Any]:
+    """Return the geoms that a text means which is not the name of one; listed: returns all geoms."""
     if text.startswith(BODY):
         wanted, bodies = text.removeprefix(BODY), {body.name: body for body in spec.bodies if body.name}
         fitting = [bodies[name] for name in checks.fitting(wanted, bodies)]
@@ -88,9 +89,10 @@ def _by_text(spec: mujoco.MjSpec, named: dict[str, Any], count: int, text: str) 
         if not geoms:
             raise ValueError("has no geoms of its own; give the body that has them")
     else:
+        named = {geom.name: geom for geom in listed() if geom.name}
         geoms = [named[name] for name in checks.fitting(text, named)]
         if not geoms:
-            without = count - len(named)
+            without = len([geom for geom in listed() if not geom.name])
             rest = f"; {without} geoms have no name, say 'body:NAME' or their id" if without else ""
             what = "fits" if checks.is_wild(text) else "is"
             raise ValueError(f"{what} the name of no geom of the model; {_offer(text, named)}{rest}")
@@ -103,19 +105,23 @@ def _by_text(spec: mujoco.MjSpec, named: dict[str, Any], count: int, text: str) 
     return solid
 
 
-def _by_id(ids: dict[int, Any], value: Any) -> Any:
+def _by_id(ids: dict[Any, int], value: Any) -> Any:
+    """Return the geom of this id, or itself; ids: of all geoms."""
     if isinstance(value, mujoco.MjsGeom):
-        raise ValueError("must be a geom of this model")
+        if value not in ids:
+            raise ValueError("must be a geom of this model")
+        return value
     try:
         number = -1 if isinstance(value, bool) else operator.index(value)
     except TypeError:
         number = -1
-    if number < 0 or number not in ids:
+    geom = next((geom for geom, own in ids.items() if own == number >= 0), None)
+    if geom is None:
         raise ValueError(
             "must be a geom's name, a pattern for names, 'body:NAME', or the id of a geom "
-            f"(0 to {max(ids, default=-1)}) of the compiled model"
+            f"(0 to {max(ids.values(), default=-1)}) of the compiled model"
         )
-    return ids[number]
+    return geom
 
 
 def _offer(text: str, names: Iterable[str]) -> str:

@@ -66,18 +66,14 @@ def add_contact(
     if not isinstance(spec, mujoco.MjSpec):
         raise ValueError(f"spec = {spec!r}: must be a mujoco.MjSpec; contacts are added before the model is compiled")
     checks.instance("pair", pair, ContactPair)
-    known = list(spec.geoms)  # once: MuJoCo's time for it grows with the square of their number
-    ones, twos = (geoms_of(spec, one, argument=name, known=known) for name, one in (("geom1", geom1), ("geom2", geom2)))
+    ones, twos = (geoms_of(spec, one, argument=name) for name, one in (("geom1", geom1), ("geom2", geom2)))
     contact = config.Contact(ones, twos, pair, substeps, rounding, overlaps=overlaps, others=others)
-    return replace_native_contacts(spec, known, contact)
+    return replace_native_contacts(spec, contact)
 
 
-def replace_native_contacts(spec: mujoco.MjSpec, known: list[Any], contact: config.Contact) -> str:
-    """Disable the native contacts of two sets of geoms and add the law's; return the name of the plugin instance.
-
-    known: all geoms of the specification.
-    """
-    parents = {geom: geom.parent for geom in known}
+def replace_native_contacts(spec: mujoco.MjSpec, contact: config.Contact) -> str:
+    """Disable the native contacts of two sets of geoms and add the law's; return the name of the plugin instance."""
+    parents = {geom: geom.parent for geom in (*contact.ones, *contact.twos)}
     sets = Sets(contact.ones, contact.twos, parents.__getitem__)
     ones, twos = sets.ones, sets.twos
     if len(ones) == len(twos) == 1 and (ones == twos or (ones[0].name and ones[0].name == twos[0].name)):
@@ -90,9 +86,9 @@ def replace_native_contacts(spec: mujoco.MjSpec, known: list[Any], contact: conf
     if taken & {config.instance_name(*names), config.instance_name(*names[::-1])}:
         raise ValueError(f"geom1 = {names[0]}, geom2 = {names[1]}: these have been added before")
 
-    give_names(known, sets.geoms)
+    give_names(spec, sets.geoms)
     if contact.others:
-        disable_native(spec, known, sets)
+        disable_native(spec, sets)
     else:
         for geom in sets.geoms:
             geom.contype = geom.conaffinity = 0
@@ -114,15 +110,15 @@ def add_instance(spec: mujoco.MjSpec, contact: config.Contact) -> str:
     return name
 
 
-def disable_native(spec: mujoco.MjSpec, geoms: list[Any], sets: Sets) -> None:
-    """Disable the native contacts between two sets of geoms, which have names; geoms: all of the specification."""
-    known = {geom.name: geom for geom in geoms if geom.name}
+def disable_native(spec: mujoco.MjSpec, sets: Sets) -> None:
+    """Disable the native contacts between two sets of geoms, which have names."""
+    known = {geom.name: geom for geom in sets.geoms}
     for native in list(spec.pairs):
-        ends = native.geomname1, native.geomname2
-        if all(name in known for name in ends) and sets.hold(*(known[name] for name in ends)):
+        ends = known.get(native.geomname1), known.get(native.geomname2)
+        if None not in ends and sets.hold(*ends):
             spec.delete(native)
     if len(sets.ones) * len(sets.twos) > MAX_EXPLICIT_PAIRS:
-        _clear_bits(spec.worldbody, geoms, sets)
+        _clear_bits(spec, sets)
         if not any(touch(_bits(one), _bits(two)) for one, two in sets.by_kinds(_bits)):
             return
     for one, two in sets.every():
@@ -134,10 +130,10 @@ def _bits(geom: Any) -> Bits:
     return geom.contype, geom.conaffinity
 
 
-def _clear_bits(world: Any, every: list[Any], sets: Sets) -> None:
+def _clear_bits(spec: mujoco.MjSpec, sets: Sets) -> None:
     """Clear contype or conaffinity of geoms of the sets where this disables no other native contact."""
-    ones, twos = set(sets.ones), set(sets.twos)
-    alike = groups(every, lambda geom: (_bits(geom), geom in ones, geom in twos, geom.parent == world))
+    ones, twos, world = set(sets.ones), set(sets.twos), spec.worldbody
+    alike = groups(spec.geoms, lambda geom: (_bits(geom), geom in ones, geom in twos, geom.parent == world))
     bits = {kind: kind[0] for kind in alike}
 
     def wanted(one: Any, two: Any) -> bool:

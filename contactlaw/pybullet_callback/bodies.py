@@ -88,34 +88,26 @@ class Bodies:
         for one in trees:
             self.rows["in_tree"][one.members] = 1
         simple = np.flatnonzero(self.rows["in_tree"] == 0).tolist()
-        self._simple_rows = set(simple)
         self.bind(world.arrays)
         self._heavy = dict.fromkeys(k for k in simple if _mass_of(keys[k], client)[0] > 0.0)
         self.read_masses(simple)
-        self._moving = [(keys[k][0], k * SIZE) for k in self._heavy]
-        fixed = [(keys[k], k * SIZE) for k in simple if k not in self._heavy]
-        bases = self._moving + [(body, at) for (body, link), at in fixed if link == BASE]
-        self._bases = [
-            (partial(p.getBasePositionAndOrientation, body, client), partial(p.getBaseVelocity, body, client),
-             partial(MOTION_FORMAT.pack_into, self._bytes, at + BEFORE)) for body, at in bases
-        ]  # fmt: skip
-        self._base_rows = [at // SIZE for _, at in bases]
+        self._order = [*self._heavy, *(k for k in simple if k not in self._heavy)]
+        self._readers = [
+            (*_readers_of(keys[k], client), partial(MOTION_FORMAT.pack_into, self._bytes, k * SIZE + BEFORE))
+            for k in self._order
+        ]
         self._velocities = [
-            (read[1], partial(SIX_FORMAT.pack_into, self._bytes, at + VELOCITY_AFTER))
-            for read, (_, at) in zip(self._bases, self._moving, strict=False)
+            (read[1], partial(SIX_FORMAT.pack_into, self._bytes, k * SIZE + VELOCITY_AFTER))
+            for k, read in zip(self._heavy, self._readers, strict=False)
         ]
         self._poses = [
-            (read[0], partial(POSE_FORMAT.pack_into, self._bytes, at + AFTER))
-            for read, (_, at) in zip(self._bases, self._moving, strict=False)
+            (read[0], partial(POSE_FORMAT.pack_into, self._bytes, k * SIZE + AFTER))
+            for k, read in zip(self._heavy, self._readers, strict=False)
         ]
-        self._fixed_links = [
-            (partial(p.getLinkState, *key, 1, 1, client), partial(MOTION_FORMAT.pack_into, self._bytes, at + BEFORE))
-            for key, at in fixed if key[1] != BASE
-        ]  # fmt: skip
         if not moves:
             self._read()
-            self._bases, self._fixed_links = self._bases[: len(self._moving)], []
-        self._fixed = [one[0] for one in (*self._bases[len(self._moving) :], *self._fixed_links)]
+            self._readers = self._readers[: len(self._heavy)]
+        self._fixed = [one[0] for one in self._readers[len(self._heavy) :]]
 
     def bind(self, arrays: Arrays) -> None:
         """Set the addresses of the world's arrays in the head."""
@@ -184,7 +176,7 @@ class Bodies:
         for one in self.trees:
             one.read_forces(self.arrays, self.dt)
         done = self._finish_step()
-        self._sleep = done == ASLEEP and self._simple and not self._fixed_links
+        self._sleep = done == ASLEEP and self._simple
         if done >= FLAGS:
             self._put(done // FLAGS)
         for one in self.trees:
@@ -245,7 +237,7 @@ class Bodies:
             if self._set_bodies() == PASSED:
                 done = has_flown(self._head_at)
         self._flies = done == PASSED
-        self._last[: len(self._moving)] = [NOTHING] * len(self._moving)  # the rows have changed
+        self._last[: len(self._heavy)] = [NOTHING] * len(self._heavy)  # the rows have changed
         return done != STRAYED
 
     def _finish_step(self) -> int:
@@ -259,17 +251,16 @@ class Bodies:
             if self._simple and self._read_parameters():
                 begin_step(self._head_at)
             if done == OTHERS:
-                for body, at in self._moving:
-                    x, q = p.getBasePositionAndOrientation(body, self._client)
-                    POSE_FORMAT.pack_into(self._bytes, at + AFTER, *x, *q)
+                for k, (pose, _, _) in zip(self._heavy, self._readers, strict=False):
+                    x, q = pose()
+                    POSE_FORMAT.pack_into(self._bytes, k * SIZE + AFTER, *x, *q)
                 self.read_masses(np.flatnonzero(self.rows["disturbed"] == 2).tolist())
         return done
 
     def _find_pressed(self) -> None:
         """After the user has moved bodies: find near pairs, and what presses on what."""
         self._check()
-        placed = self.rows["placed"].nonzero()[0].tolist()
-        self.read_masses([k for k in placed if k in self._simple_rows] if self.trees else placed)
+        self.read_masses(np.flatnonzero((self.rows["placed"] != 0) & (self.rows["in_tree"] == 0)).tolist())
         self._state["stale"] = 1
         while step(self._state, 0.0, 1) == 0:
             self.bind(with_more_room(self.arrays))
@@ -285,21 +276,18 @@ class Bodies:
 
     def _read(self) -> bool:
         """Read poses and velocities of bodies into the rows; return whether one has changed."""
-        new, last, moving, moved = False, self._last, len(self._moving), []
-        for i, (pose, velocity, write) in enumerate(self._bases):
+        new, last, moving, moved = False, self._last, len(self._heavy), []
+        for i, (pose, velocity, write) in enumerate(self._readers):
             state = pose(), velocity()
             if state != last[i]:
                 if i >= moving and last[i] is not NOTHING:
-                    moved.append(self._base_rows[i])
+                    moved.append(self._order[i])
                 last[i], new = state, True
                 (x, q), (v, w) = state
                 write(*x, *q, *v, *w)
         if moved:
             self.read_masses(moved)
-        links = [read() for read, _ in self._fixed_links]
-        for (_, write), state in zip(self._fixed_links, links, strict=True):
-            write(*state[0], *state[1], *state[6], *state[7])
-        self._stood = [pose for pose, _ in last[moving : len(self._bases)]] + links
+        self._stood = [pose for pose, _ in last[moving : len(self._readers)]]
         return new
 
     def _push(self, number: int) -> None:
@@ -326,6 +314,14 @@ class Bodies:
     def _refuse(self) -> None:
         name = name_of(self.keys[int(self._head["bad"][0])])
         raise ValueError(f"{name}: its position, velocity, or gravity is not finite")
+
+
+def _readers_of(key: Key, client: int) -> tuple[Callable[[], Any], Callable[[], Any]]:
+    """Return functions that read position and quaternion, and velocity and spin, of a base or a link."""
+    if key[1] == BASE:
+        return partial(p.getBasePositionAndOrientation, key[0], client), partial(p.getBaseVelocity, key[0], client)
+    read = partial(p.getLinkState, *key, 1, 1, client)
+    return lambda: read()[:2], lambda: read()[6:]
 
 
 def _mass_of(key: Key, client: int) -> tuple[float, tuple[float, float, float]]:

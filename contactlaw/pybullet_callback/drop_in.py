@@ -166,10 +166,9 @@ def links_of(body: int | Iterable[int], *names: Names, client: int = 0, argument
 
 
 def _names(body: int, client: int) -> list[tuple[shapes.Key, str]]:
-    base = p.getBodyInfo(body, client)[0]
-    joints = range(p.getNumJoints(body, client))
-    links = [((body, link), p.getJointInfo(body, link, client)[shapes.LINK_NAME]) for link in joints]
-    return [(key, name.decode()) for key, name in [((body, shapes.BASE), base), *links]]
+    base = p.getBodyInfo(body, client)[0].decode()
+    names = [base, *(joint.link for joint in shapes.joints_of(body, client))]
+    return [((body, link), name) for link, name in enumerate(names, shapes.BASE)]
 
 
 def _are_names(value: Any) -> bool:

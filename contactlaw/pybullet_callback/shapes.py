@@ -18,7 +18,6 @@ Array = NDArray[np.float64]
 Key = tuple[int, int]
 
 BASE = -1
-LINK_NAME, PARENT = 12, 16  # indices in the result of getJointInfo
 MULTIBODY = 2  # body type in the result of getDynamicsInfo
 OTHER_BODY_TYPES = {
     0: "without a body type",
@@ -33,6 +32,17 @@ SHAPE_NAMES = {
 }  # fmt: skip
 WITH_RADIUS = "sphere, capsule, plane, box, cylinder"
 PIECES = "compound of such"
+
+
+class JointInfo(NamedTuple):
+    """A link's joint: its place in the parent's inertial frame [m], and the turn of that frame in the joint's."""
+
+    kind: int
+    link: str
+    axis: tuple[float, ...]
+    place: tuple[float, ...]
+    turn: tuple[float, ...]
+    parent: int
 
 
 class Piece(NamedTuple):
@@ -152,13 +162,13 @@ def read_side(client: int, which: str, body: Any, link: Any, there: set[int]) ->
     if kind != MULTIBODY:
         what = OTHER_BODY_TYPES.get(kind, f"of type {kind}")
         raise ValueError(f"body_{which} = {body}: {what}; must be a multibody, as createMultiBody and loadURDF give")
-    if any(p.getJointInfo(body, joint, client)[2] == p.JOINT_PLANAR for joint in range(joints)):
+    if any(joint.kind == p.JOINT_PLANAR for joint in joints_of(body, client)):
         raise ValueError(f"body_{which} = {body}: has a planar joint, whose inertia cannot be read; others are allowed")
     shapes = collision_shapes(client, body, link)
     if not shapes:
         raise ValueError(f"body_{which} = {body}, link_{which} = {link}: has no collision shape to touch with")
-    info = None if link == BASE else p.getJointInfo(body, link, client)
-    own = (body, link, info[LINK_NAME].decode(), (body, info[PARENT])) if info else (body, link, "", None)
+    joint = None if link == BASE else joints_of(body, client)[link]
+    own = (body, link, joint.link, (body, joint.parent)) if joint else (body, link, "", None)
     kinds = [SHAPE_NAMES.get(kind, f"shape of type {kind}") for _, _, kind, *_ in shapes]
     pieces = [_piece((body, link), client, kind, *more) for kind, (_, _, _, *more) in zip(kinds, shapes, strict=True)]
     found = tuple(piece for piece in pieces if piece and (piece.sizes or len(pieces) == 1))
@@ -249,8 +259,13 @@ def check_served(pair: ContactPair, a: Side, b: Side, free: bool) -> None:
 
 def can_move(client: int, body: int) -> bool:
     """Return whether a body has any coordinates: it is free, or has joints that let its links move."""
-    joints = (p.getJointInfo(body, joint, client)[2] for joint in range(p.getNumJoints(body, client)))
-    return p.getDynamicsInfo(body, BASE, client)[0] > 0.0 or any(kind in KINDS for kind in joints)
+    return p.getDynamicsInfo(body, BASE, client)[0] > 0.0 or any(one.kind in KINDS for one in joints_of(body, client))
+
+
+def joints_of(body: int, client: int) -> list[JointInfo]:
+    """Return the joints of a body, by link."""
+    infos = (p.getJointInfo(body, link, client) for link in range(p.getNumJoints(body, client)))
+    return [JointInfo(info[2], info[12].decode(errors="replace"), *info[13:17]) for info in infos]
 
 
 def pose_of(position: tuple[float, ...], quaternion: tuple[float, ...]) -> Pose:
@@ -263,7 +278,6 @@ def rotation(quaternion: tuple[float, ...]) -> Array:
     return np.array(p.getMatrixFromQuaternion(quaternion)).reshape(3, 3)
 
 
-ON_A, ON_B, NORMAL, DISTANCE = 5, 6, 7, 8  # indices in a point of getClosestPoints; the normal is from B to A
 FAR = -1e6  # [m], offset along the normal of a plane that nothing touches
 STEPS = 3.0  # search distance in steps of the present motion
 
@@ -296,10 +310,11 @@ class Measured:
         one, other, reach = self.one, self.other, STEPS * dt * float(speed + turning) + 1e-6
         points = p.getClosestPoints(one.body, other.body, reach, one.link, other.link, physicsClientId=client)
         if points:
-            point = min(points, key=lambda one: one[DISTANCE])
+            # of a point: where it is on both, the normal from the second to the first, and the distance
+            on_one, on_other, normal, _ = min((point[5:9] for point in points), key=lambda one: one[3])
             axes = b["axes"].reshape(3, 3)
             ends = a["position"] + world.shapes["at"][self.ends] @ a["axes"].reshape(3, 3).T
-            nearest = int(np.argmin(np.linalg.norm(ends - point[ON_A], axis=1)))
-            planes["at"][nearest] = (point[ON_B] - b["position"]) @ axes
-            planes["normal"][nearest] = np.array(point[NORMAL]) @ axes
+            nearest = int(np.argmin(np.linalg.norm(ends - on_one, axis=1)))
+            planes["at"][nearest] = (on_other - b["position"]) @ axes
+            planes["normal"][nearest] = np.array(normal) @ axes
         world.shapes[self.planes] = planes

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 import pybullet as p
 
-from contactlaw.pybullet_callback.shapes import BASE, KINDS, PARENT, Key, pose_of, rotation
+from contactlaw.pybullet_callback.shapes import BASE, KINDS, Key, joints_of, pose_of, rotation
 from contactlaw.world import World
 from contactlaw.world.data.frames import CONJUGATE, IDENTITY, UNTURNED, Pose
 from contactlaw.world.data.records import AXIS, BALL, FREE_JOINT, HINGE, SLIDE, Array, Arrays
@@ -63,24 +63,24 @@ class Tree:
 
     def __init__(self, client: int, body: int) -> None:
         self._client, self.body = client, body
-        infos = [p.getJointInfo(body, link, client) for link in range(p.getNumJoints(body, client))]
-        self._all = range(BASE, len(infos))
+        all_joints = joints_of(body, client)
+        self._all = range(BASE, len(all_joints))
         self.known = self.inertias()
         self.free = self.known[0][0] > 0.0
         self.links, self.heads = [BASE] * self.free, [BASE] * self.free
         parts = [_part(self.known[0], [Joint("free")])] * self.free
         stands: dict[int, Pose] = {}  # pose in the base's inertial frame of links fixed to it
-        for link, info in enumerate(infos):  # info[13:17]: axis, position and inverse rotation in the parent, parent
-            own, parent, kind = self.known[link + 1], info[PARENT], KINDS.get(info[2])
+        for link, info in enumerate(all_joints):
+            own, parent, kind = self.known[link + 1], info.parent, KINDS.get(info.kind)
             at = pose_of(own[2], own[3]).inverse().place
-            joint = pose_of(info[14], info[15])
+            joint = pose_of(info.place, info.turn)
             joint = stands.get(parent, IDENTITY).then(Pose(joint.place, joint.turn * CONJUGATE))
             place = joint.then(Pose(-at, UNTURNED))
             carrier = self.links.index(parent) if parent in self.links else -1
             if carrier < 0 and kind is None:
                 stands[link] = place
                 continue
-            joints = [] if kind is None else [Joint(kind, at, UP if kind == "ball" else info[13])]
+            joints = [] if kind is None else [Joint(kind, at, UP if kind == "ball" else info.axis)]
             parts.append(_part(own, joints, carrier, *place))
             self.links.append(link)
             self.heads += [link] * len(joints)

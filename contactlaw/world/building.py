@@ -25,9 +25,12 @@ class Building(Shapes):
     """The part of `World` that adds bodies, trees and contacts."""
 
     def __init__(
-        self, gravity: ArrayLike = (0.0, 0.0, -9.81), timestep: float = 1e-3, *, substeps: float = 100.0,
+        self, *unnamed: Any, gravity: ArrayLike = (0.0, 0.0, -9.81), timestep: float = 1e-3, substeps: float = 100.0,
         crowd_substeps: float = 20.0, crowd: int = 4, stillness: float = 1e-9,
     ) -> None:  # fmt: skip
+        if unnamed:  # World(2e-3) would set gravity where a time step is meant
+            given = ", ".join(map(repr, unnamed))
+            raise TypeError(f"World({given}): name the arguments, as in World(gravity=9.81, timestep=2e-3)")
         if INTERPRETED:
             raise RuntimeError("a world is moved by compiled code alone, and NUMBA_DISABLE_JIT is set: unset it")
         super().__init__()

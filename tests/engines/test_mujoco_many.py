@@ -5,7 +5,7 @@ import pytest
 from mujoco_scenes import DENSITY, GEOM, MASS, RADIUS, free_ball, mujoco, steel_pair, with_data
 
 from contactlaw import ContactPair, rebound
-from contactlaw.mujoco_plugin import add_contact, contacts_of, ledger_of
+from contactlaw.mujoco_plugin import add_contact, contacts_of, instances, ledger_of
 
 
 def balls(places, timestep=2e-3, gravity=0.0, floor=False):
@@ -58,6 +58,21 @@ def test_sets_are_what_the_pairs_by_hand_are():
         assert data.ncon == 0
         after.append(np.concatenate([data.qpos, data.qvel]))
     assert after[1] == pytest.approx(after[0], abs=1e-7)
+
+
+def test_the_configurations_that_are_read_grow_with_the_contacts_not_with_their_square(monkeypatch):
+    """Of contacts added one by one: at first each was read twice for each other one while the model was compiled."""
+    read, counts = instances.configured, []
+    monkeypatch.setattr(instances, "configured", lambda *given: counts.append(given) or read(*given))
+    calls = []
+    for n in (10, 20):
+        spec = balls([[0.1 * i, 0.0, 0.1] for i in range(n)], floor=True)
+        for i in range(n):
+            add_contact(spec, f"ball{i}", "floor", steel_pair())
+        counts.clear()
+        mujoco.MjData(spec.compile())
+        calls.append(len(counts))
+    assert calls[1] < 2.5 * calls[0]
 
 
 def test_a_set_survives_copies_xml_and_attachment():

@@ -18,6 +18,7 @@ from pybullet_scenes import (
     velocities,
 )
 
+from contactlaw.pybullet_callback import ContactCallback
 from contactlaw.world import World
 
 G = 9.81
@@ -70,12 +71,28 @@ def test_what_rests_stands_still_to_the_bit_and_wakes(client: int) -> None:
     assert p.getBasePositionAndOrientation(body, client)[0][2] > place[0][2] + 5e-3
 
 
-def test_what_stands_on_a_body_that_is_taken_away_falls(client: int) -> None:
-    plate, body = slab(client), ball(client, [0, 0, RADIUS + 1e-3])
-    callback, _ = in_contact(client, body, plate, pair_of(restitution=0.5), gravity=G)
+@pytest.mark.parametrize("link", [-1, 0])
+def test_what_stands_on_a_body_that_is_taken_away_falls(client: int, link: int) -> None:
+    """Also on a fixed link, whose readings tell a sleeping ball that it has moved."""
+    if link == 0:
+        box, none = shape(client, p.GEOM_BOX, halfExtents=[1.0, 1.0, 0.1]), [[0, 0, 0, 1]]
+        plate = p.createMultiBody(
+            0.0, linkMasses=[0.0], linkCollisionShapeIndices=[box], linkVisualShapeIndices=[-1],
+            linkPositions=[[0, 0, -0.1]], linkOrientations=none, linkInertialFramePositions=[[0, 0, 0]],
+            linkInertialFrameOrientations=none, linkParentIndices=[0], linkJointTypes=[p.JOINT_FIXED],
+            linkJointAxis=[[0, 0, 1]], physicsClientId=client,
+        )  # fmt: skip
+    else:
+        plate = slab(client)
+    body = ball(client, [0, 0, RADIUS + 1e-3])
+    callback = ContactCallback(client)
+    callback.add_contact(body, plate, pair_of(restitution=0.5), link_b=link)
+    p.setGravity(0, 0, -G, client)
     step(callback, 500)
     assert p.getBaseVelocity(body, client)[0] == (0.0, 0.0, 0.0)
-    p.resetBasePositionAndOrientation(plate, [0, 0, -1.1], [0, 0, 0, 1], client)
+    assert callback._scene.bodies._sleep
+    down = p.getBasePositionAndOrientation(plate, client)[0][2] - 1.0
+    p.resetBasePositionAndOrientation(plate, [0, 0, down], [0, 0, 0, 1], client)
     step(callback, 24)
     assert velocities(client, body)[0][2] == pytest.approx(-G * 0.1, rel=0.05)
 

@@ -10,7 +10,7 @@ from contactlaw import ContactPair, rebound
 from contactlaw.jit import INTERPRETED, jit
 from contactlaw.laws.ellipse import Nodes, advance, returned, share_along
 from contactlaw.laws.microslip import Microslip
-from contactlaw.laws.record import contact_of
+from contactlaw.laws.record import CONTACT
 from contactlaw.world import World
 from contactlaw.world.shapes.curvature import radius_between
 from tests.world.world_scenes import FLOOR, steel_pair
@@ -121,7 +121,7 @@ def test_friction_is_opposite_to_a_slide_askew(timestep: float) -> None:
 @jit
 def along_path(header, memory, own, path, out):
     """Of a contact along a path of overlaps and displacements (n, 3): work done on its springs, less what they hold."""
-    contact, count, work = contact_of(header), memory.shape[1], 0.0
+    contact, count, work = header[0], memory.shape[1], 0.0
     law = Nodes(own[:count], own[count : 2 * count], own[2 * count :])
     contact.e_star, contact.g_star, contact.radius, contact.friction, contact.ratio = 1.0, 0.8, 1.0, 0.3, 1.0
     contact.mass, contact.stiffness, contact.skew = 1e300, 4.0 / 3.0, 0.15
@@ -145,6 +145,6 @@ def test_passive_on_random_paths() -> None:
     for seed in range(300):
         rng = np.random.default_rng(seed)
         path = np.column_stack([np.full(300, rng.uniform(0.5, 3.0)), rng.normal(0.0, 0.2, (300, 2))])
-        header, memory, out = np.zeros(64), np.zeros((2, 16)), np.empty(300)
+        header, memory, out = np.zeros(1, CONTACT), np.zeros((2, 16)), np.empty(300)
         along_path(header, memory, own, path, out)
         assert out.min() > -1e-12 and (np.diff(out) > -2e-3 * np.abs(out).max()).all()

@@ -147,6 +147,11 @@ def test_the_later_rule_holds_and_shapes_without_one_pass() -> None:
     assert made.velocity[2, 2] == pytest.approx(-9.81 * 0.036)
 
 
+def test_a_time_step_without_its_name_is_not_taken_for_gravity():
+    with pytest.raises(TypeError, match=re.escape("World(0.002): name the arguments")):
+        World(2e-3)  # type: ignore[misc]
+
+
 def test_a_body_that_is_faster_than_any_is_refused() -> None:
     """Its substeps would become shorter than what time resolves."""
     world = World(timestep=2e-3)

@@ -10,7 +10,7 @@ import pytest
 from contactlaw import MATERIALS, Body, ContactPair, collide
 from contactlaw.jit import jit
 from contactlaw.laws import rolling
-from contactlaw.laws.record import contact_of
+from contactlaw.laws.record import CONTACT
 from contactlaw.losses import FallingFriction, Viscoelastic
 from contactlaw.world import World
 from sims.contact_point import static_overlap
@@ -108,7 +108,7 @@ def test_where_capsules_touch_along_their_sides_resistance_to_rolling_makes_no_e
 @jit
 def roll_along(header, path, forces):
     """Work of the moment at the end of each step, less the energy of its spring, over a path (n, 3); shape (n,)."""
-    contact, bend, out = contact_of(header), np.zeros(2), np.zeros(path.shape[0])
+    contact, bend, out = header[0], np.zeros(2), np.zeros(path.shape[0])
     contact.e_star, contact.radius, contact.before = 1e9, 0.01, -1e-9
     work = 0.0
     for k in range(path.shape[0]):
@@ -125,7 +125,7 @@ def test_passive_on_random_paths() -> None:
     for seed in range(200):
         rng = np.random.default_rng(seed)
         path = np.column_stack([np.abs(rng.normal(0.0, 1e-6, 200)) + 1e-8, rng.normal(0.0, 1e-4, (200, 2))])
-        balance = roll_along(np.zeros(64), path, 4.0 / 3.0 * 1e8 * path[:, 0] ** 1.5)
+        balance = roll_along(np.zeros(1, CONTACT), path, 4.0 / 3.0 * 1e8 * path[:, 0] ** 1.5)
         assert balance.min() >= -1e-12 * np.abs(balance).max()
 
 
