@@ -10,7 +10,8 @@ from contactlaw.world.data import records
 from contactlaw.world.data.access import body_at, contact_at
 
 KNOWN_NUMBERS = CONTACT_SIZE + TORSION.itemsize // 8 + 4  # the first fields of a contact, the state of its laws
-EVALUATED_NUMBERS = records.CONTACT.fields["force"][1] // 8  # those that an evaluation in an implicit step may change
+FIELDS = records.CONTACT.fields or {}
+EVALUATED_NUMBERS = FIELDS["force"][1] // 8  # of a contact that an evaluation in an implicit step may change
 BODY_NUMBERS, CONTACT_NUMBERS = records.BODY.itemsize // 8, records.CONTACT.itemsize // 8
 COASTING_NUMBERS = records.COASTING.itemsize // 8
 

@@ -190,8 +190,7 @@ def add_stiffness(w, r, stage):
     f = cross(n, e)
     count_a = velocity_count(a)
     count_b = velocity_count(b) if a.unknown != b.unknown else 0  # they may be of one tree
-    rows = ((JACOBIAN_N, n), (JACOBIAN_U, e), (JACOBIAN_V, f))
-    for number, direction in rows:
+    for number, direction in ((JACOBIAN_N, n), (JACOBIAN_U, e), (JACOBIAN_V, f)):
         row = clear_row(w, number, a, b)
         add_generalised_force(a, direction, cross(load(c.arm_a), direction), row)
         add_generalised_force(b, scale(-1.0, direction), cross(direction, load(c.arm_b)), row)
