@@ -63,7 +63,10 @@ def normal_force(contact, pair, free, dt):
         damping = 2.0 * contact.zeta * sqrt(contact.mass * contact.stiffness)
     else:
         damping = damping_of(contact)
-    force = (elastic + damping * (contact.closing + 0.5 * dt * free)) / (1.0 + damping * (0.5 * dt / contact.mass))
+    if dt == 0.0:
+        force = elastic + damping * contact.closing
+    else:
+        force = (elastic + damping * (contact.closing + 0.5 * dt * free)) / (1.0 + damping * (0.5 * dt / contact.mass))
     if force <= 0.0:
         return 0.0, 0.0
     return force, force / elastic

@@ -14,7 +14,7 @@ fly                   all bodies to the end of the step
 from contactlaw.jit import jit, jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import closing_at, fly, is_static, settle, update_momentum
-from contactlaw.world.contacts.pace import LEAST_STEP, contact_duration, stays_closed, update_masses
+from contactlaw.world.contacts.pace import LEAST_STEP, resting_duration, stays_closed, update_masses
 from contactlaw.world.contacts.touch import (
     has_parted,
     release,
@@ -223,7 +223,7 @@ def take_implicit_steps(w):
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         if p.closed != 0 and (a.still == 0 or b.still == 0):
             c = contact_at(w.contacts, p.slot)
-            if stays_closed(c, a, b) and LEAST_STEP * contact_duration(w, c, a, b) <= w.step:
+            if stays_closed(c, a, b) and LEAST_STEP * resting_duration(w, c) <= w.step:
                 return ready(w, IMPLICIT) and call_on_world(address(w, IMPLICIT), w)
     return False
 

@@ -90,6 +90,18 @@ def test_implicit_steps_go_where_explicit_ones_go(name: str, timestep: float) ->
 
 
 @pytest.mark.parametrize("timestep", [1e-3, 2e-3, 5e-3])
+def test_newtons_method_gives_up_where_a_slide_reverses_at_each_iteration(timestep: float) -> None:
+    make, time = SCENES["slides, then rolls"]
+    world, steps = make(timestep), round(time / timestep)
+    solved = [0]
+    for _ in range(steps):
+        world.step()
+        solved.append(count(world, "solved"))
+    assert count(world, "implicit") < steps  # as the ball begins to roll
+    assert np.diff(solved).max() <= 4
+
+
+@pytest.mark.parametrize("timestep", [1e-3, 2e-3, 5e-3])
 @pytest.mark.parametrize("speed", [1e-7, 1e-5, 1e-4])
 def test_a_ball_that_hardly_moves_comes_to_rest_where_it_belongs(speed: float, timestep: float) -> None:
     sunk = static_overlap(pair(), MASS * 9.81, RADIUS)

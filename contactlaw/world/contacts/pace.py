@@ -18,7 +18,7 @@ STABLE = 8.0  # substeps of an impact that are enough for stability
 ELASTIC = 60.0  # substeps of an elastic impact in a crowd, at least: a column of 20 keeps its energy to 1e-3
 JOINTED_FEWER = 4.0  # times fewer substeps of a damped impact with joints: 25 instead of 100, psi_2 right to 1e-3
 ALIKE = 4.0  # equal contacts on one body, as the feet of a box, for which STABLE holds: h omega is 1 then, its limit 2
-LEAST_STEP = 1.0 / 3.0  # shortest step for which implicit steps are tried, in durations of an impact of the contact
+LEAST_STEP = 1.0 / 3.0  # shortest step for which implicit steps are tried, in `resting_duration` of a contact
 MAX_DECAY = 0.5  # share of a velocity that joint damping may take away in a substep
 MAX_SHORTENING = 4.0  # by which the length of substeps is divided for that, at most
 MASS_TURN = 0.1  # [rad] by which a normal may turn in a substep before effective masses are computed anew
@@ -74,6 +74,13 @@ def contact_duration(w, c, a, b):
     return impact_duration(
         hertz_stiffness(t), duration, t.mass, max(t.overlap, 0.0), closing_speed(c, a, b), norm(acceleration)
     )
+
+
+@jit_inside
+def resting_duration(w, c):
+    """Return the duration [s] of an undamped impact whose greatest overlap is the present one of a closed contact."""
+    t = c.touch
+    return law_of(w, pair_at(w.pairs, c.pair)).duration * sqrt(t.mass / (0.8 * hertz_stiffness(t) * sqrt(t.overlap)))
 
 
 @jit_inside

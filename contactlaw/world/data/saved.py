@@ -10,6 +10,8 @@ from contactlaw.world.data import records
 from contactlaw.world.data.access import body_at, contact_at
 
 KNOWN_NUMBERS = CONTACT_SIZE + TORSION.itemsize // 8 + 4  # the first fields of a contact, the state of its laws
+FIELDS = records.CONTACT.fields or {}
+EVALUATED_NUMBERS = FIELDS["force"][1] // 8  # of a contact that an evaluation in an implicit step may change
 BODY_NUMBERS, CONTACT_NUMBERS = records.BODY.itemsize // 8, records.CONTACT.itemsize // 8
 COASTING_NUMBERS = records.COASTING.itemsize // 8
 
@@ -81,8 +83,8 @@ def saved_contact(w, slot):
 
 @jit_inside
 def restore_contact(w, slot):
-    """Set a contact back to its saved copy; its law's history stays as it is."""
-    copy_row(w.saved_contacts, w.contacts, slot, CONTACT_NUMBERS, CONTACT_NUMBERS)
+    """Set a contact back to its saved copy, but for the ledger; its law's history stays as it is."""
+    copy_row(w.saved_contacts, w.contacts, slot, CONTACT_NUMBERS, EVALUATED_NUMBERS)
 
 
 @jit_inside

@@ -190,17 +190,12 @@ def add_stiffness(w, r, stage):
     f = cross(n, e)
     count_a = velocity_count(a)
     count_b = velocity_count(b) if a.unknown != b.unknown else 0  # they may be of one tree
-    for number, direction in ((JACOBIAN_N, n), (JACOBIAN_U, e), (JACOBIAN_V, f), (JACOBIAN_SPIN, n)):
+    for number, direction in ((JACOBIAN_N, n), (JACOBIAN_U, e), (JACOBIAN_V, f)):
         row = clear_row(w, number, a, b)
-        if number != JACOBIAN_SPIN:
-            add_generalised_force(a, direction, cross(load(c.arm_a), direction), row)
-            add_generalised_force(b, scale(-1.0, direction), cross(direction, load(c.arm_b)), row)
-        elif k[7] != 0.0:
-            add_generalised_force(a, ZERO, n, row)
-            add_generalised_force(b, ZERO, scale(-1.0, n), row)
+        add_generalised_force(a, direction, cross(load(c.arm_a), direction), row)
+        add_generalised_force(b, scale(-1.0, direction), cross(direction, load(c.arm_b)), row)
     h, first = matrix(w), vector_of(w, ENVELOPE)
-    jn, ju = vector_of(w, JACOBIAN_N), vector_of(w, JACOBIAN_U)
-    jv, js = vector_of(w, JACOBIAN_V), vector_of(w, JACOBIAN_SPIN)
+    jn, ju, jv = vector_of(w, JACOBIAN_N), vector_of(w, JACOBIAN_U), vector_of(w, JACOBIAN_V)
     square = stage * stage
     lowest = min(a.unknown if count_a > 0 else b.unknown, b.unknown if count_b > 0 else a.unknown)
     for p in range(count_a + count_b):
@@ -209,10 +204,12 @@ def add_stiffness(w, r, stage):
         by_n = square * (k[0] * jn[i] - k[1] * ju[i] - k[2] * jv[i])
         by_u = square * (k[3] * ju[i] + k[4] * jv[i])
         by_v = square * (k[5] * ju[i] + k[6] * jv[i])
-        by_s = square * k[7] * js[i]
-        for q in range(count_a + count_b):
-            j = index_of(a, b, count_a, q)
-            h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j] + by_s * js[j]
+        for j in range(a.unknown, a.unknown + count_a):
+            h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j]
+        for j in range(b.unknown, b.unknown + count_b):
+            h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j]
+    if k[7] != 0.0:
+        add_moment_stiffness(w, a, b, n, scale(square * k[7], n))
     add_moments(w, c, a, b, stage)
 
 

@@ -62,7 +62,9 @@ from contactlaw.world.trees.kinematics import vector
 from contactlaw.world.window import activate, list_anew, list_islands, predict_all, reaches_unlisted
 
 GAMMA = 1.0 - sqrt(0.5)  # length of a stage, as a share of the step
-MAX_ITERATIONS, MAX_FACTORISATIONS = 25, 12  # of Newton's method in a stage; steps that need more hardly ever converge
+MAX_ITERATIONS = 25  # of Newton's method in a stage
+# Iterations in a stage that leave more than so much of the residual; stages that reach this hardly ever converge
+MAX_STALLS, STALL = 3, 0.5
 CONTRACTION = 0.1  # ratio of successive residuals up to which the factors of the matrix are kept
 
 
@@ -248,7 +250,7 @@ def solve(w, bodies, pairs, stage, time, previous):
     contacts are not evaluated once more if, by the contraction of the last two residuals or of new factors, the next
     one is within the tolerance.
     """
-    velocity, change, factorisations = vector_of(w, VELOCITY), vector_of(w, RIGHT_SIDE), 0  # right side until solved
+    velocity, change, stalls = vector_of(w, VELOCITY), vector_of(w, RIGHT_SIDE), 0  # right side until solved
     for iteration in range(MAX_ITERATIONS):
         for i in range(bodies):
             place_body(w, whole_at(w.island_bodies, i), stage, time)
@@ -260,12 +262,12 @@ def solve(w, bodies, pairs, stage, time, previous):
         residual = residual_speed(w, bodies)
         if not moving or residual <= tolerance < NEVER:
             return True
+        stalls += iteration > 0 and not residual < STALL * previous
+        if stalls == MAX_STALLS:
+            return False
         new = not residual < CONTRACTION * previous
         contraction = CONTRACTION if new else residual / previous
         if new:
-            if factorisations == MAX_FACTORISATIONS:
-                return False
-            factorisations += 1
             begin_matrix(w, bodies)
             for i in range(pairs):
                 add_stiffness(w, row_at(w.rows, i), stage)
