@@ -32,7 +32,7 @@ def impacts_world(rows: list[Any], law: str | Law = TURNING) -> tuple[Any, list[
     """
     from contactlaw.world import World
 
-    world, pair = World(0.0, 1e-3), pair_of_law(law, None)
+    world, pair = World(gravity=0.0, timestep=1e-3), pair_of_law(law, None)
     plane, bodies, spheres = world.add_plane(None, (0, 0, 0), (0, 0, 1)), [], []
     for number, (chi_1, chi_2, psi, heading, *_) in enumerate(rows):
         about_y, about_x = (MASS * RADIUS**2 / (2.0 * chi / pair.kappa - 1.0) for chi in (chi_1, chi_2))
@@ -60,7 +60,7 @@ def spun_world(rows: list[Any], heading: float = 0.0) -> tuple[Any, list[int]]:
     """
     from contactlaw.world import World
 
-    world, bodies = World(0.0, 1e-3), []
+    world, bodies = World(gravity=0.0, timestep=1e-3), []
     plane = world.add_plane(None, (0, 0, 0), (0, 0, 1))
     for number, (nu, chi_s, psi, sigma, *_) in enumerate(rows):
         steel = Material(MATERIALS["steel"].youngs_modulus, nu)

@@ -56,7 +56,7 @@ class Scene:
         sides = {key: side for contact in contacts.values() for key, side in contact.sides.items()}
         order = dict.fromkeys([key for key in (old.shapes if old else ()) if key in sides] + list(sides))
         most = max([contact.substeps for contact in contacts.values()], default=100)
-        self.world = World(0.0, substeps=most)
+        self.world = World(gravity=0.0, substeps=most)
         self.shapes: dict[Key, list[int]] = {}
         self._side_of: dict[int, Key] = {}
         self._row: dict[Key, int] = {}

@@ -25,7 +25,7 @@ class Building(Shapes):
     """The part of `World` that adds bodies, trees and contacts."""
 
     def __init__(
-        self, gravity: ArrayLike = (0.0, 0.0, -9.81), timestep: float = 1e-3, *, substeps: float = 100.0,
+        self, *, gravity: ArrayLike = (0.0, 0.0, -9.81), timestep: float = 1e-3, substeps: float = 100.0,
         crowd_substeps: float = 20.0, crowd: int = 4, stillness: float = 1e-9,
     ) -> None:  # fmt: skip
         if INTERPRETED:

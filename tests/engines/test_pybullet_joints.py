@@ -65,7 +65,7 @@ def test_the_model_moves_as_the_engine_does(client: int, base_mass: float, joint
     body, dt = arm(client, base_mass, joints), 1e-6
     p.setGravity(1.0, 2.0, -G, client)
     p.setTimeStep(dt, client)
-    one, world = Tree(client, body), World(0.0)
+    one, world = Tree(client, body), World(gravity=0.0)
     one.add_to(world)
     arrays = world.arrays.bound()
     one.start = one.read()
@@ -94,7 +94,7 @@ def test_ball_on_a_hinged_paddle_conserves_energy(client: int, dt: float, base_m
     steps = 3 + int(8e-4 / dt)
     step(callback, steps)
     velocity, spin = velocities(client, body)
-    one, world = Tree(client, racket), World(0.0)
+    one, world = Tree(client, racket), World(gravity=0.0)
     one.add_to(world)
     q, v = one.read()
     write_coordinates(world.arrays.bound(), 0, q, v)
@@ -112,7 +112,7 @@ def test_momentum_of_a_free_tree_and_a_ball(client: int) -> None:
     bullet = ball(client, target + [0.0, 0.0, 0.1 + RADIUS + 0.01], [0, 0, -3.0])
     callback, handle = in_contact(client, bullet, body, pair_of(friction=0.0), link_b=1, dt=1e-3)
 
-    one, world = Tree(client, body), World(0.0)
+    one, world = Tree(client, body), World(gravity=0.0)
     one.add_to(world)
     arrays = world.arrays.bound()
 

@@ -107,4 +107,4 @@ def test_a_damped_crowd_is_as_right_as_the_docstring_says():
     exact = broken(400.0)
     errors = [np.abs(broken(substeps) - exact).max() / 8.0 for substeps in (10.0, 20.0, 100.0)]
     assert (np.array(errors) < [7e-3, 2e-3, 2e-4]).all()
-    assert World(0.0).arrays.world["crowd_substeps"][0] == 20.0
+    assert World(gravity=0.0).arrays.world["crowd_substeps"][0] == 20.0
