@@ -11,6 +11,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
+from time import perf_counter
 from types import FunctionType
 from typing import Any, TypeVar
 
@@ -221,6 +222,7 @@ class _Report:
         reported: Subjects that have been reported.
         depth: Number of nested compilations.
         cached: Whether the code can be cached.
+        seconds: Time spent compiling so far [s].
     """
 
     def __init__(self) -> None:
@@ -228,6 +230,7 @@ class _Report:
         self.reported: set[str] = set()
         self.depth = 0
         self.cached = True
+        self.seconds = self.began = 0.0
         self.settings = _FasterCompilation()
 
     def begin(self) -> None:
@@ -240,6 +243,7 @@ class _Report:
             if not self.cached:
                 report_no_cache("no folder for numba's cache")
         if self.depth == 0:
+            self.began = perf_counter()
             self.settings.begin()
         self.depth += 1
 
@@ -248,9 +252,15 @@ class _Report:
         self.depth -= 1
         if self.depth == 0:
             self.settings.end()
+            self.seconds += perf_counter() - self.began
 
 
 _report = _Report()
+
+
+def seconds_compiling() -> float:
+    """Return the time [s] that this process has spent compiling, for estimates of the time that a run takes."""
+    return _report.seconds
 
 
 class _Listener(event.Listener):

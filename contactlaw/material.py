@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf, isinf
 
 from contactlaw import checks
@@ -27,7 +27,7 @@ class Material:
     poissons_ratio: float
     density: float | None = None
     name: str = ""
-    source: str = ""
+    source: str = field(default="", repr=False)
 
     def __post_init__(self) -> None:
         modulus = checks.number(
@@ -162,7 +162,12 @@ def material_of(argument: str, value: Material | str) -> Material:
         ValueError: The value is neither; the message names the argument.
     """
     if isinstance(value, str):
-        return MATERIALS[checks.one_of(argument, value, MATERIALS)]
+        if value not in MATERIALS:
+            raise ValueError(
+                f"{argument} = {value!r}: must be a contactlaw.Material or one of {', '.join(MATERIALS)}"
+                f"{checks.hint(value, MATERIALS)}"
+            )
+        return MATERIALS[value]
     if not isinstance(value, Material):
         raise ValueError(f"{argument} = {value!r}: must be a contactlaw.Material or the name of one")
     return value

@@ -198,7 +198,7 @@ class ContactPair:
 
     def _radius(self) -> float:
         if self.radius is None:
-            raise ValueError("radius = None: give the pair an effective radius [m] for this figure")
+            raise ValueError("radius = None: this depends on it; give the pair an effective radius [m]")
         return self.radius
 
     @property

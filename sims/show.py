@@ -21,6 +21,7 @@ from rich.progress import (
 )
 from rich.table import Table
 
+from contactlaw.jit import seconds_compiling
 from sims.recording import Recording
 from sims.scene import Limit, Measured, Scene, Settings
 
@@ -43,9 +44,10 @@ def run(scene: Scene, settings: Settings) -> Recording:
 
         def tell(part: float) -> None:
             progress.update(task, completed=part)
+            now = perf_counter() - seconds_compiling()  # compiling, which happens once, says nothing of the rest
             if not times:
-                times.append(perf_counter())
-            spent = perf_counter() - times[0]
+                times.append(now)
+            spent = now - times[0]
             if len(times) == 1 and part > 0.0 and PATIENCE < spent > part * LONG:
                 times.append(spent)
                 messages.print(f"{name}{given}: up to about {_lasting(spent / part - spent)} to go; Ctrl-C ends it",

@@ -111,6 +111,7 @@ def test_psi_scales_velocity_by_kappa_over_friction() -> None:
     [
         ("a", "steal", "did you mean 'steel'"),
         ("b", None, "Material"),
+        ("b", "phenolic", "must be a contactlaw.Material or one of steel"),
         ("friction", -0.1, ">= 0"),
         ("friction", nan, ">= 0"),
         ("friction", inf, "finite"),
@@ -189,3 +190,8 @@ def test_contacts_too_deep_for_hertz_warn() -> None:
 
 def test_materials_may_be_given_by_name() -> None:
     assert ContactPair("steel", "steel", friction=0.3) == ContactPair(STEEL, STEEL, friction=0.3)
+
+
+def test_a_pair_prints_its_numbers_and_not_where_they_come_from() -> None:
+    said = repr(ContactPair("steel", "steel", 0.2))
+    assert "name='steel'" in said and "friction=0.2" in said and "source" not in said

@@ -56,7 +56,7 @@ class Microslip(Law):
 
     def __post_init__(self) -> None:
         if not (isinstance(self.shear_loss, np.bool_ | Real) and self.shear_loss in (0, 1)):
-            raise ValueError(f"shear_loss = {self.shear_loss!r}: must be True or False")
+            raise ValueError(f"shear_loss = {self.shear_loss!r}: must be 0 or 1")
         object.__setattr__(self, "shear_loss", int(self.shear_loss))  # a law's fields are numbers
         if self.node_count is not None and not (isinstance(self.node_count, int) and 2 <= self.node_count <= 512):
             raise ValueError(f"node_count = {self.node_count!r}: must be None or an integer from 2 to 512")

@@ -120,12 +120,14 @@ def save_model(
         The absolute path of the target.
 
     Raises:
-        ValueError: The target is not a file, or one that this function did not write.
+        ValueError: The target is not a file, or one that this function did not write, or its folder does not exist.
         OSError: The target cannot be written; an existing file is left as it is.
     """
     if not isinstance(target, str | os.PathLike) or not os.fspath(target) or "\0" in os.fspath(target):
         raise ValueError(f"target = {target!r}: must be the path of a file")
     path = Path(target).absolute()
+    if not path.parent.is_dir():
+        raise ValueError(f"target = {str(path)!r}: must be in a folder that exists")
     if path.exists() and not path.is_file():
         raise ValueError(f"target = {str(path)!r}: is there, and is no file")
     if path.exists() and path.stat().st_size > 0 and NEEDS not in path.read_text(encoding="utf-8", errors="replace"):
@@ -243,7 +245,8 @@ def _spec_of(model: Source, assets: Mapping[str, bytes] | None) -> mujoco.MjSpec
     if isinstance(model, bytes):
         model = model.decode()
     if not isinstance(model, str | os.PathLike):
-        raise ValueError(f"model = {model!r}: must be the path of an MJCF or URDF file, or MJCF as text")
+        other = "; for an MjSpec there is add_contact" if isinstance(model, mujoco.MjSpec) else ""
+        raise ValueError(f"model = {model!r}: must be the path of an MJCF or URDF file, or MJCF as text{other}")
     if assets is not None and not (isinstance(assets, Mapping) and all(isinstance(name, str) for name in assets)):
         raise ValueError(f"assets = {assets!r}: must be a dictionary of files by name")
     files = dict(assets or {})

@@ -61,7 +61,8 @@ def parse_skip(spec: mujoco.MjSpec, skip: Any) -> list[Contact]:
     """Return the contacts that keep the engine's own response: geoms, or pairs of selections of geoms."""
     if isinstance(skip, str) or not isinstance(skip, Sequence):
         raise ValueError(
-            f"skip = {skip!r}: must be a sequence of choices of geoms, or of pairs (geoms1, geoms2) of them"
+            f"skip = {skip!r}: must be a sequence, such as ['shin*', ('ball', 'floor')], of choices of geoms, or of "
+            "pairs (geoms1, geoms2) of them"
         )
     out = []
     for what in skip:

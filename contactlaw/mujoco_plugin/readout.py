@@ -59,21 +59,25 @@ class ContactState:
     stick_radius: float
 
 
-def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> list[ContactState]:
-    """Return the contacts of a plugin instance that touch or touched in the last step.
+def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str | None = None) -> list[ContactState]:
+    """Return the contacts of the law, or of one plugin instance, that touch or touched in the last step.
 
     MuJoCo's own readings (`data.contact`, `mj_contactForce`) do not include them, as they come from its constraint
     solver. After a state has been set, only contacts that touch in it are known.
 
     Args:
         model, data: The compiled model and its state.
-        name: Name of the plugin instance, as `add_contact` returned it or the XML has it.
+        name: Name of the plugin instance, as `add_contact` returned it or the XML has it; None: all, one after another.
 
     Raises:
         ValueError: The model has no such contact.
     """
-    world = view_of(model, data, name)
     view = layout.view_of(model)
+    if name is None:
+        checks.instance("data", data, mujoco.MjData)
+        names = [view.name("plugin", number) for number in contact_instances(view)]
+        return [contact for one in names for contact in contacts_of(model, data, one)]
+    world = view_of(model, data, name)
     sets = ContactInstance(view, contact_instances(view)[world.number]).sets
     dt = float(model.opt.timestep)
     out = []

@@ -67,26 +67,25 @@ class World(Building):
 
     @property
     def position(self) -> Array:
-        """Centres of mass [m], shape (bodies, 3)."""
-        return self.arrays.bodies["position"][1:].copy()
+        """Centres of mass [m], shape (bodies, 3); a reading, like all of these: `place` sets them."""
+        return _reading(self.arrays.bodies["position"][1:].copy())
 
     @property
     def velocity(self) -> Array:
         """Velocities of the centres of mass [m/s], shape (bodies, 3)."""
-        return self.arrays.bodies["velocity"][1:].copy()
+        return _reading(self.arrays.bodies["velocity"][1:].copy())
 
     @property
     def spin(self) -> Array:
         """Angular velocities, world frame [rad/s], shape (bodies, 3)."""
-        return self.arrays.bodies["spin"][1:].copy()
+        return _reading(self.arrays.bodies["spin"][1:].copy())
 
     @property
     def quaternion(self) -> Array:
         """Quaternions of the bodies' axes, scalar first, shape (bodies, 4)."""
         own = self.arrays.bodies["quaternion"][1:]
-        return np.array([product(q, f * [1, -1, -1, -1]) for q, f in zip(own, self._frames, strict=True)]).reshape(
-            -1, 4
-        )
+        turned = [product(q, f * [1, -1, -1, -1]) for q, f in zip(own, self._frames, strict=True)]
+        return _reading(np.array(turned).reshape(-1, 4))
 
     @property
     def asleep(self) -> Array:
@@ -129,8 +128,15 @@ class World(Building):
         """Set the world back to what `save` returned.
 
         Raises:
-            ValueError: Bodies or shapes have been added since.
+            ValueError: Not what `save` returned, or bodies or shapes have been added since.
         """
+        checks.instance("saved", saved, Arrays)
         if saved.bodies.size != self.arrays.bodies.size or saved.shapes.size != self.arrays.shapes.size:
             raise ValueError("saved: is of another world, or bodies or shapes have been added since")
         self._arrays = Arrays(*(array.copy() for array in saved))
+
+
+def _reading(values: Array) -> Array:
+    """Return a copy of the state that refuses assignment, which would change nothing in the world."""
+    values.flags.writeable = False
+    return values

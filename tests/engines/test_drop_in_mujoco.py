@@ -165,6 +165,7 @@ OPTION = '<option timestep="1e-5" gravity="0 0 0"/>'
          {}, "spring"),
         ("nowhere.xml", ("upper", "floor", PAIR), {}, "model = 'nowhere.xml': no such file"),
         (3, ("upper", "floor", PAIR), {}, "model = 3: must be the path"),
+        (mujoco.MjSpec(), ("upper", "floor", PAIR), {}, "for an MjSpec there is add_contact"),
         ("<mujoco><wordbody/></mujoco>", ("upper", "floor", PAIR), {}, "wordbody"),
     ],
 )  # fmt: skip

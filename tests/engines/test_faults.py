@@ -55,6 +55,11 @@ def test_a_target_that_is_no_path(target):
         save_model(scene(), target, CONTACTS)
 
 
+def test_a_target_in_no_folder(tmp_path):
+    with pytest.raises(ValueError, match=r"nowhere/a.xml': must be in a folder that exists"):
+        save_model(scene(), tmp_path / "nowhere" / "a.xml", CONTACTS)
+
+
 def test_a_target_that_is_no_file(tmp_path):
     for target in (tmp_path, "/dev/full"):
         with pytest.raises(ValueError, match="is no file"):

@@ -43,6 +43,7 @@ def resting(restitution: float = 0.5, **more) -> World:
         (lambda w: w.add_contact([0], [0], "steel"), "pair = 'steel': must be a contactlaw.ContactPair"),
         (lambda w: w.step(-1), "n = -1: must be an integer >= 0"),
         (lambda w: w.restore(World().save()), "saved: is of another world"),
+        (lambda w: w.restore(None), "saved = None: must be a contactlaw.Arrays"),
     ],
 )
 def test_bad_input_is_named(call, message: str) -> None:
@@ -50,6 +51,16 @@ def test_bad_input_is_named(call, message: str) -> None:
     world.add_sphere(world.add_body(1.0, 1.0), 0.1)
     with pytest.raises(ValueError, match=re.escape(message)):
         call(world)
+
+
+def test_what_would_change_nothing_is_refused() -> None:
+    world = World()
+    world.add_body(1.0, 1.0)
+    for name in ("position", "velocity", "spin", "quaternion"):
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(world, name)[0] = 1.0
+    with pytest.raises(TypeError, match="positional"):
+        World(2e-3)  # would have been the gravity
 
 
 @pytest.mark.heavy
