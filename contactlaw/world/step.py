@@ -30,7 +30,7 @@ from contactlaw.world.data.records import AGED, ASKED, BOUNDED, DENIED, MEASURED
 from contactlaw.world.data.vec import load, store
 from contactlaw.world.island import integrate
 from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, gap_left, stays_open, update_guard
-from contactlaw.world.near.listing import count_slots, list_near, may_leave_margin
+from contactlaw.world.near.listing import count_slots, list_near, list_parts_anew, may_leave_margin
 from contactlaw.world.near.passing import separate_at_start
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.sleep import is_disturbed, wake, wake_body
@@ -238,11 +238,12 @@ def begin(w, dt):
     for k in range(w.guard_count):
         g = guard_at(w.guards, k)
         g.plane_time, g.speed_time = -1.0, -1.0
-    if any_guard_exceeded(w, dt, 0.0):
-        w.stale = 1
+    exceeded = any_guard_exceeded(w, dt, 0.0)
     begin_pairs(w)
     if w.stale != 0:
         list_near(w)
+    elif exceeded:
+        list_parts_anew(w)
     for k in range(w.nears):
         p = near_at(w.near, k)
         if p.slot >= 0:
@@ -309,10 +310,16 @@ def begin_pairs(w):
 
 @jit_inside
 def check_margins(w, left):
-    """Mark the list of near pairs as out of date if a body could leave its margin in the time left of the step [s]."""
+    """Mark the list of near pairs as out of date if a body could leave its margin in the time left of the step [s].
+
+    If only limits of guards could be left, the parts of their shapes are listed at once.
+    """
     for n in range(w.near_body_count):
         b = body_at(w.bodies, whole_at(w.near_bodies, n))
         if b.changed != 0 and may_leave_margin(b, left):
             w.stale = 1
     if any_guard_exceeded(w, w.step, 0.0):
-        w.stale = 1
+        if left > 0.0 and w.stale == 0:
+            list_parts_anew(w)
+        else:
+            w.stale = 1

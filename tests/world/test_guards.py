@@ -97,6 +97,29 @@ def test_no_pair_is_nearer_than_its_guard_promises(speed: float, turn: float, pu
     assert least >= -ROUNDING
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_parts_are_listed_anew_without_all_the_rest(seed: int) -> None:
+    """Tumbling hulls and boxes that strike each other move as with a list of all that is near in each step."""
+    moved, lists = [], []
+    for every in (False, True):
+        rng, world, half = np.random.default_rng(seed), World(gravity=0.0, timestep=1e-3), 0.02
+        shapes = []
+        for i, j in np.ndindex(3, 2):
+            place = (0.06 * i, 0.06 * j, 0.004 * (i - j))
+            body = world.add_body(0.5, 0.5 * 2.0 / 3.0 * half**2, place, spin=rng.normal(0.0, 15.0, 3))
+            world.place(body, velocity=0.3 * (np.array([0.06, 0.03, 0.0]) - place) / 0.06)
+            shapes.append(world.add_hull(body, half * CUBE) if i % 2 else world.add_box(body, [half] * 3))
+        world.add_contact(shapes, shapes, steel_pair(0.3))
+        for _ in range(150):
+            world.arrays.world["stale"] |= every
+            world.step()
+        moved.append(np.hstack([world.velocity, world.position]))
+        lists.append(int(world.arrays.world["lists"][0]))
+    assert lists[0] < 0.1 * lists[1], lists
+    assert np.abs(moved[0][:, :3]).max() > 0.1
+    np.testing.assert_allclose(moved[0], moved[1], atol=1e-3)  # 150 impacts magnify rounding
+
+
 @pytest.mark.parametrize("timestep", [1e-4, 0.01])
 @pytest.mark.parametrize("kind", ["box", "hull"])
 def test_two_that_spin_fast_meet_at_their_edges_within_a_long_step(kind: str, timestep: float) -> None:

@@ -25,6 +25,7 @@ from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, s
 from contactlaw.world.near.relative import closing_along, relative_speed
 from contactlaw.world.shapes.geometry import centre, half_axis, meet_near
 
+EXCEEDED = -NEVER  # limit of a guard of which the listed parts no longer do
 ROUNDING = 1e-15  # of the trace of M0^T M
 PRISM_EXCESS = 0.003  # of a cylinder's radius; it is wider than the prism of `gjk.STAVE` by (1 - cos(pi/32))/2 = 0.0024
 SLACK = 0.2  # of a body's smallest radius: part of its margin, and of `parts_margin`, that does not depend on speed
@@ -277,7 +278,7 @@ def any_guard_exceeded(w, until, least):
 
     least: time [s] from the bodies' present times that is looked ahead at present speeds, between two steps. If it is
     zero, bounds on speeds count, and guards of bodies whose velocities have not changed are left out: theirs still
-    hold.
+    hold. The limit of a guard that is exceeded becomes EXCEEDED, until its parts are listed anew.
     """
     out = False
     for k in range(w.guard_count):
@@ -288,7 +289,8 @@ def any_guard_exceeded(w, until, least):
             if g.lead == k:
                 update_guard(w, g, left)
             lead = lead_of(w, g)
-            out = may_exceed_limit(w, g, left * (lead.speed if least == 0.0 else lead.speed_now)) or out
+            if may_exceed_limit(w, g, left * (lead.speed if least == 0.0 else lead.speed_now)):
+                g.limit, out = EXCEEDED, True
     return out
 
 

@@ -17,9 +17,9 @@ from contactlaw.world.contacts.touch import begin_contact, end_contact, release
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at
 from contactlaw.world.data.kinds import PLANE, TANGENT
 from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED
-from contactlaw.world.data.vec import add, load, norm, store, sub
-from contactlaw.world.near.guards import SLACK, surface_speed
-from contactlaw.world.near.pairing import bounding_radius, complete_near, is_part, list_pair
+from contactlaw.world.data.vec import ZERO, add, load, norm, store, sub
+from contactlaw.world.near.guards import EXCEEDED, SLACK, separate, surface_speed
+from contactlaw.world.near.pairing import bounding_radius, complete_near, is_part, list_by_parts, list_pair
 from contactlaw.world.shapes.geometry import centre, meet
 
 # Steps that margins last at present speeds. More where few bodies have many shapes: the cost of listing grows with the
@@ -57,6 +57,41 @@ def list_near(w):
     if w.lost > lost:
         w.lost = lost
         list_within(w, 1.0, few)
+    complete_list(w)
+    w.lists += 1
+    w.stale = 0
+
+
+@jit_inside
+def list_parts_anew(w):
+    """List the near parts anew of shapes whose guard is EXCEEDED; other near pairs stay listed.
+
+    Bodies that turn against each other leave the limits of their guards in most steps, but hardly ever their margins.
+    """
+    lost, kept = w.lost, 0
+    link_contacts(w)
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        if p.guard < 0 or guard_at(w.guards, p.guard).limit != EXCEEDED:
+            q = near_at(w.near, kept)
+            q.a, q.b, q.guard, q.listed_gap = p.a, p.b, p.guard, p.listed_gap
+            kept += 1
+    w.nears = kept
+    for k in range(w.guard_count):
+        g = guard_at(w.guards, k)
+        if g.limit == EXCEEDED:
+            n, low, high = separate(w, g, ZERO)
+            list_by_parts(w, k, n, low, high)
+    if w.lost > lost:  # margins for several steps take too much room
+        w.lost = lost
+        list_near(w)
+    else:
+        complete_list(w)
+
+
+@jit_inside
+def complete_list(w):
+    """Sort near pairs, of which only shapes, guard and gap are set, and link contacts to them."""
     sort_near(w, w.cells)
     for k in range(w.nears):
         complete_near(w, k)
@@ -66,8 +101,6 @@ def list_near(w):
         c = contact_at(w.contacts, slot)
         if c.near < 0 and (c.phase == CLOSED or (c.phase == PARTED and c.initial_overlap > 0.0)):
             release(w, slot)
-    w.lists += 1
-    w.stale = 0
 
 
 @jit_inside

@@ -37,7 +37,7 @@ from contactlaw.world.data.kinds import (
 )
 from contactlaw.world.data.records import CLOSED, FREE_JOINT, HINGE, NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body
-from contactlaw.world.near.guards import drop_guard, new_guard, parts_margin, separate
+from contactlaw.world.near.guards import drop_guard, lead_of, new_guard, parts_margin, separate
 from contactlaw.world.shapes.geometry import IGNORED, OF_FACE, centre, function_for, half_axis, is_ignored, meet
 from contactlaw.world.shapes.segments import clip
 
@@ -126,32 +126,42 @@ def list_pair(w, i, j):
 
 @jit_inside
 def list_cores(w, i, j, margin):
-    """List two cores, or a core and a plane, by the parts by which they meet, if they are near.
-
-    If their gap is within the margins but above `parts_margin`, only the guard is kept, and its limit is the gap. Of
-    two shapes that are built into each other only the pair of cores is listed, which is ignored.
-    """
+    """List two cores, or a core and a plane, if they are near and can meet."""
     k = new_guard(w, i, j, 2.0 * w.step)
     if k < 0:
         return
     g = guard_at(w.guards, k)
     n, low, high = separate(w, g, ZERO)
-    near = parts_margin(w, g)
     if low - high > margin or hinge_separates(w, g):
         drop_guard(w)
-    elif is_built_in(w, i, j, dot(n, n) == 0.0):
+    else:
+        list_by_parts(w, k, n, low, high)
+
+
+@jit_inside
+def list_by_parts(w, k, n, low, high):
+    """List the shapes of guard k by the parts by which they meet; n, low, high: of their `separate`.
+
+    If their gap is above `parts_margin`, no parts are listed, and the guard's limit is the gap. Of two shapes that are
+    built into each other only the pair of cores is listed, which is ignored. Gaps are of now, and a guard may have
+    counted motion already.
+    """
+    g = guard_at(w.guards, k)
+    i, j, near = g.a, g.b, parts_margin(w, g)
+    counted = lead_of(w, g).moved - lead_of(w, g).lag
+    if is_built_in(w, i, j, dot(n, n) == 0.0):
         g.limit, g.unlisted = NEVER, 1
         add_near(w, i, j, k, NEVER)
     elif low - high > near:
-        g.limit, g.unlisted = low - high, 1
+        g.limit, g.unlisted = low - high + counted, 1
     else:
-        g.limit = near
+        g.limit, g.unlisted = near + counted, 0
         sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
         d = sub(load(body_at(w.bodies, sa.body).position), load(body_at(w.bodies, sb.body).position))
-        list_parts(w, (i, j), n, high - dot(n, d), (k, near))
-        list_parts(w, (j, i), scale(-1.0, n), -low, (k, near))
+        list_parts(w, (i, j), n, high - dot(n, d), (k, near, counted))
+        list_parts(w, (j, i), scale(-1.0, n), -low, (k, near, counted))
         if meets(sa.kind, sb.kind):
-            add_near(w, i, j, k, low - high)
+            add_near(w, i, j, k, low - high + counted)
 
 
 @jit_inside
@@ -228,11 +238,12 @@ def list_parts(w, shapes, n, top, listing):
     """List the parts of the first of two shapes that are near the second.
 
     n, top: normal of the plane that the second shape lies behind, and its height [m] over the first one's centre of
-    mass. listing: number of the guard; gap [m] up to which parts are near. All parts at the top of a large floor are
-    near that plane, so parts that are far from the sphere around the second shape are left out too.
+    mass. listing: number of the guard; gap [m] up to which parts are near; motion [m] that it has counted. All parts at
+    the top of a large floor are near that plane, so parts that are far from the sphere around the second shape are left
+    out too.
     """
     i, j = shapes
-    guard, margin = listing
+    guard, margin, counted = listing
     other, body = shape_at(w.shapes, j), body_at(w.bodies, shape_at(w.shapes, i).body)
     to, far, n = ZERO, NEVER, to_body(body.axes, n)
     if other.kind < PLANE:
@@ -248,7 +259,7 @@ def list_parts(w, shapes, n, top, listing):
         near = gap <= margin and meets(s.kind, other.kind) and not twice
         near = near and distance_bound(sub(to, centre(s, body)), half_axis(s, body), s) <= far
         if near and not lies_over_face(w, s, other, margin):
-            add_near(w, k, j, guard, gap)
+            add_near(w, k, j, guard, gap + counted)
         k = s.next
 
 
