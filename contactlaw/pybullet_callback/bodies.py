@@ -118,7 +118,8 @@ class Bodies:
         )
         head["count"] = len(self.keys)
         self._flies, self._sleep = False, False
-        self._stood = list[Any]()  # poses of fixed bodies, as read
+        self._link_states = list[Any]()
+        self._stood = list[Any]()  # poses of fixed bodies when all bodies were found to be far apart
         self._last, self._after = [NOTHING] * len(self.keys), [()] * len(self.keys)  # read before and after a step
 
     def read_masses(self, rows: Iterable[int]) -> None:
@@ -226,12 +227,15 @@ class Bodies:
         They are those before the next step, which then is begun by nothing else: a pose or a velocity that the user
         sets in between shows after that step. It is then taken back, and begun anew with what has been set.
         """
+        if not self._flies:
+            self._note_fixed()
         for pose, write in self._poses:
             x, q = pose()
             write(*x, *q)
         done = has_flown(self._head_at) if [pose() for pose in self._fixed] == self._stood else STRAYED
         if done == STRAYED:
             self._read()
+            self._note_fixed()
             self._read_parameters()
             rewind(self._head_at)
             if self._set_bodies() == PASSED:
@@ -239,6 +243,10 @@ class Bodies:
         self._flies = done == PASSED
         self._last[: len(self._heavy)] = [NOTHING] * len(self._heavy)  # the rows have changed
         return done != STRAYED
+
+    def _note_fixed(self) -> None:
+        """Note the poses of fixed bodies, as last read."""
+        self._stood = [pose for pose, _ in self._last[len(self._heavy) : len(self._readers)]]
 
     def _finish_step(self) -> int:
         """Take the step of the world; return as `apply.write_bodies`."""
@@ -287,7 +295,6 @@ class Bodies:
                 write(*x, *q, *v, *w)
         if moved:
             self.read_masses(moved)
-        self._stood = [pose for pose, _ in last[moving : len(self._readers)]]
         return new
 
     def _push(self, number: int) -> None:

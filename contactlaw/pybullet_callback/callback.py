@@ -210,8 +210,8 @@ class ContactCallback:
         """Step PyBullet and the contacts.
 
         Raises:
-            ValueError: Bodies or their motion are not what the class requires. PyBullet is unchanged then, unless
-                numbers are not finite after its step.
+            ValueError: Bodies or their motion are not what the class requires. PyBullet is unchanged then, unless all
+                bodies were far apart, or numbers are not finite after its step.
         """
         if not self._contacts:
             STEP_BULLET(self._client)

@@ -4,7 +4,14 @@ from math import isfinite, nan
 
 from contactlaw.jit import jit, jit_inside
 from contactlaw.pybullet_callback import rows
-from contactlaw.world.bodies.motion import gyroscopic, is_static, move_kinematic, spin_change
+from contactlaw.world.bodies.motion import (
+    gyroscopic,
+    is_static,
+    move_kinematic,
+    set_axes,
+    spin_change,
+    spin_rate,
+)
 from contactlaw.world.data.access import body_at, near_at, shape_at, world_at
 from contactlaw.world.data.call import address, call_step
 from contactlaw.world.data.demand import STEP
@@ -16,6 +23,8 @@ from contactlaw.world.near.listing import list_near, may_leave_margin
 from contactlaw.world.shapes.geometry import meet
 from contactlaw.world.sleep import is_disturbed
 from contactlaw.world.step import FIND_PRESSED
+
+UNDOING = 20  # iterations for the spin before a step of Bullet; each reduces the error by the turn in that step
 
 
 @jit
@@ -177,6 +186,7 @@ def rewind(block):
     them elsewhere, and Bullet's step is undone. What changed a velocity counts as if it had done so before the step.
     """
     head = rows.head_at(block, 0)
+    w = world_at(head.world, 0)
     for k in range(head.count):
         r = rows.row_at(head.rows, k)
         m, old = r.before, r.left
@@ -190,8 +200,14 @@ def rewind(block):
         turn = product(rows.turn_in(head.dt, scale(-1.0, load(m.spin))), rows.quaternion_of(m))
         if norm(rotation_between(turn, rows.quaternion_of(old))) <= rows.EXACT:
             turn = rows.quaternion_of(old)
-        q = m.quaternion
+        q, b, spin = m.quaternion, body_at(w.bodies, k + 1), load(m.spin)
         q[3], q[0], q[1], q[2] = turn
+        store4(b.quaternion, turn)
+        set_axes(b)
+        store(b.torque, (0.0, 0.0, 0.0))
+        if b.isotropic == 0 and head.dt * norm(spin) < rows.MOST_TURN:
+            for _ in range(UNDOING):
+                store(m.spin, axpy(-head.dt, spin_rate(b, load(m.spin)), spin))
 
 
 @jit

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
-from pybullet_scenes import FREE, RADIUS, UP, ball, in_contact, p, pair_of, shape, slab, velocities
+from pybullet_scenes import FREE, UP, ball, in_contact, p, pair_of, shape, slab, velocities
 
 HALF = [0.05, 0.03, 0.02]  # [m] of the box
 TURNED = p.getQuaternionFromEuler([0.4, 0.7, 0.2])
@@ -85,8 +86,8 @@ def box(client: int, spin: Any) -> int:
     return body
 
 
-ON_BOXES = (nothing, put_close, turn_in_place, lift_slab)
-ACTS = (*ON_BOXES, put_into, strike, push, longer_step, other_gravity)
+ON_BOXES = (nothing, put_close, put_into, turn_in_place, lift_slab)
+ACTS = (*ON_BOXES, strike, push, longer_step, other_gravity)
 
 
 @pytest.mark.parametrize(
@@ -108,20 +109,23 @@ def test_what_is_done_in_flight_is_noticed_in_the_same_step(act: Callable[[int, 
 def test_a_ball_in_flight_is_read_once_a_step(client: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its velocity follows from its poses."""
     body = ball(client, UP, [0.3, 0, 1.0])
-    counted = {"getBasePositionAndOrientation": 0, "getBaseVelocity": 0}
-    for name in counted:
+    calls: Counter[str] = Counter()
 
-        def reading(*args: Any, name: str = name, own: Any = getattr(p, name)) -> Any:
-            counted[name] += 1
+    def counted(name: str) -> Callable[..., Any]:
+        own = getattr(p, name)
+
+        def call(*args: Any) -> Any:
+            calls[name] += 1
             return own(*args)
 
-        monkeypatch.setattr(p, name, reading)
+        return call
+
+    for name in ("getBasePositionAndOrientation", "getBaseVelocity"):
+        monkeypatch.setattr(p, name, counted(name))
     callback, _ = in_contact(client, body, slab(client), pair_of(), dt=1 / 240, gravity=9.81)
     for _ in range(5):
         callback.step()
-    before = dict(counted)
+    calls.clear()
     for _ in range(10):
         callback.step()
-    assert counted["getBasePositionAndOrientation"] - before["getBasePositionAndOrientation"] == 20  # ball and slab
-    assert counted["getBaseVelocity"] == before["getBaseVelocity"]
-    assert RADIUS < p.getBasePositionAndOrientation(body, client)[0][2]
+    assert calls == {"getBasePositionAndOrientation": 20}  # of ball and slab
