@@ -106,7 +106,7 @@ class Law:
         pair = np.array((*known, at, self.linear, self.memory, self.sectors, *addresses), record.PAIR)
         return np.concatenate([pair.reshape(1).view(np.float64), own, *([] if speeds is None else [speeds])])
 
-    def new_contact(self) -> tuple[Array, Array]:
+    def new_contact(self) -> tuple[NDArray[Any], Array]:
         """Return an array of one contact (`record.CONTACT`) and the vectors of the law, both zero."""
         return np.zeros(1, record.CONTACT), np.zeros(2 * self.memory)
 
