@@ -215,7 +215,13 @@ def list_anew(w):
 
 @jit_inside
 def all_open_for_sure(w):
-    """Return whether no open pair can close within the step in free flight, by bounds or measurements alone."""
+    """Return whether no open pair can close within the step in free flight, by bounds or measurements alone.
+
+    Pairs that an earlier list has left out cannot close either: what is left of both margins is more than the sum of
+    both ways, see `listing.may_leave_margin`. That does not follow from `relative.relative_speed`, which may be above
+    the sum of both `guards.surface_speed`, as the frame of B turns. A new list may hold such a pair and predict it, but
+    on copies: as long as it is not about to touch, no flight is cut, see `shortest_new_impact`.
+    """
     for k in range(w.nears):
         p = near_at(w.near, k)
         left_out = is_left_out(body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
