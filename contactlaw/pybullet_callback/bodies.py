@@ -118,7 +118,6 @@ class Bodies:
         )
         head["count"] = len(self.keys)
         self._flies, self._sleep = False, False
-        self._link_states = list[Any]()
         self._stood = list[Any]()  # poses of fixed bodies when all bodies were found to be far apart
         self._last, self._after = [NOTHING] * len(self.keys), [()] * len(self.keys)  # read before and after a step
 
