@@ -38,7 +38,6 @@ LOST_SPEED = 1e10  # [m/s] of a surface; engines, too, take such a velocity for 
 TORSION_EVERY = 8  # substeps between updates of torsion in crowds and trees: it changes a hundred times more slowly
 MAX_ADVANCES = 30  # steps of conservative advancement towards a touch; then substeps take over
 MAX_TURN = 0.02  # [rad] in a substep while nothing is closed: a body that turns past another may graze it in between
-MANY = 64  # pairs of an island from which on only those that may soon close are looked at, as with joints
 IMMEDIATE = 1e-6  # of the time left of a window: shapes in contact close within it
 
 
@@ -175,12 +174,11 @@ def take_substeps(w, root, bodies, pairs, t, now, until):
     watched, renew, begun = pairs, False, False
     coasting = 0  # contacts that coast; their pairs are not in the list
     since_review, going, closed = 0, True, 0
-    joints, many = False, pairs > MANY
+    joints = False
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         b.watched_path = NEVER
         joints = joints or is_jointed(b)
-    many = many or joints
     while going:
         since_review += 1
         left = until - t - h
@@ -196,14 +194,14 @@ def take_substeps(w, root, bodies, pairs, t, now, until):
             watched, renew = call_watch(address(w, WATCH), w, root), False
         closed, shorter = evaluate_contacts(w, watched, (h, next_h), closed <= w.crowd)
         closed += coasting
-        renew, begun = renew or (many and not begun), True
+        renew, begun = renew or (joints and not begun), True
         going = closed > 0 and not is_last
         if not going:
             next_h = 0.0
         review = going and shorter < (NEVER if closed <= w.crowd else LEAST_CHANGE * next_h)
         if review or (going and since_review == BLOCK):
             target = max(min(substep_length(w, watched, coasting, t), left), shortest)
-            if many and target > next_h and not may_keep(target, next_h):
+            if joints and target > next_h and not may_keep(target, next_h):
                 watched, renew = list_pairs(w, root), True  # the others were left out for substeps as long as these
                 target = max(min(substep_length(w, watched, coasting, t), left), shortest)
             going = not is_lost(w, bodies, until - now)

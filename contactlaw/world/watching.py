@@ -1,4 +1,4 @@
-"""Which pairs of an island need a look: in a robot or a heap most of thousands are far from closing in any substep."""
+"""Which pairs of an island need a look: in a robot most of thousands are far from closing in any substep."""
 
 from contactlaw.jit import jit_inline
 from contactlaw.memory import set_whole, whole_at
@@ -6,7 +6,6 @@ from contactlaw.world.data.access import body_at, near_at
 from contactlaw.world.data.vec import load, norm
 
 LOOKAHEAD = 2.0  # substeps within which an open pair must be able to close for its gap to be measured
-LEAST = 0.5  # of the greatest path in the island: that for which a free body counts, as an impact may speed it up
 WATCHED = 34.0  # substeps for which the pairs that need a look are chosen: two of `island.BLOCK`, and LOOKAHEAD
 
 
@@ -34,15 +33,10 @@ def watch(w, root):
     The rest need no look while the paths of all bodies stay within those that they are expected to have after WATCHED
     substeps.
     """
-    i, k, pairs, greatest = root, body_at(w.bodies, root).head, 0, 0.0
+    i, k, pairs = root, body_at(w.bodies, root).head, 0
     while i >= 0:
         b = body_at(w.bodies, i)
-        greatest = max(greatest, b.next_path)
-        i = b.link
-    i = root
-    while i >= 0:
-        b = body_at(w.bodies, i)
-        b.watched_path = b.path + WATCHED * max(b.next_path, LEAST * greatest if b.tree == 0 else 0.0)
+        b.watched_path = b.path + WATCHED * b.next_path
         i = b.link
     while k >= 0:
         p = near_at(w.near, k)
