@@ -82,8 +82,15 @@ def move_world(head, w, state):
         return ASLEEP
     if head.calm != 0 and is_edited(head):
         return EDITED
+    lists = w.lists
     call_step(address(w, STEP), w, head.step_size, FIND_PRESSED)
-    if run_trees(head, READ) and head.free_count + head.mocap_count == 0 and head.idle != 0:
+    passed = run_trees(head, READ)
+    if w.denied != 0 and w.lists == lists:  # whether a tree passes must not depend on when near pairs were listed
+        w.stale = 1
+        run_trees(head, FIND)
+        call_step(address(w, STEP), w, head.step_size, FIND_PRESSED)
+        passed = run_trees(head, READ)
+    if passed and head.free_count + head.mocap_count == 0 and head.idle != 0:
         return MOVED
     for i in range(head.free_count):
         free.lead_free(head, free_at(head.frees, i))

@@ -43,6 +43,7 @@ from contactlaw.world.data.call import BODY_TYPE, VECTOR, call_with_body
 from contactlaw.world.data.records import ASKED, DENIED, PASSES, SLIDE
 from contactlaw.world.data.vec import add, cross, dot, load, norm, store, sub
 from contactlaw.world.near.passing import find_passing
+from contactlaw.world.state import forget_motion_of
 from contactlaw.world.trees.dynamics import mobility_along, solve_ld, solve_lt
 from contactlaw.world.trees.kinematics import vector
 from contactlaw.world.trees.mobility import clear, copy
@@ -162,7 +163,9 @@ def find_tree(head, j, t):
     if placed:
         w.stale = 1
     t.passes = DENIED if body_at(t.bodies, 0).asleep != 0 else ASKED
-    if placed or j.there != (SLEEPS if t.passes == DENIED else PASSES):
+    if w.stale != 0 or j.there != (SLEEPS if t.passes == DENIED else PASSES):  # stale: the motion may be forgotten
+        for i in range(t.count):
+            forget_motion_of(body_at(t.bodies, i))
         set_bodies(head, j, t, places_in(head, head.start))
     j.there = SLEEPS if t.passes == DENIED else ASKED
 

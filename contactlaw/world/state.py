@@ -191,15 +191,20 @@ def forget_motion(w):
     """Zero the bodies' velocities and accelerations, which set margins of near pairs; the caller sets new ones."""
     w.stale = 1
     for i in range(w.body_count):
-        b = body_at(w.bodies, i)
-        for vector in (b.velocity, b.spin, b.acceleration, b.turning):
-            store(vector, (0.0, 0.0, 0.0))
-        if b.tree != 0:
-            t = tree_at(b.tree, 0)
-            link = link_at(t.links, b.member)
-            t.effort, link.rate = 0.0, 0.0
-            for k in range(link.first_axis, link.first_axis + link.axes):
-                axis_at(t.axes, k).inverse = 0.0
+        forget_motion_of(body_at(w.bodies, i))
+
+
+@jit_inside
+def forget_motion_of(b):
+    """Zero a body's velocities and accelerations."""
+    for vector in (b.velocity, b.spin, b.acceleration, b.turning):
+        store(vector, (0.0, 0.0, 0.0))
+    if b.tree != 0:
+        t = tree_at(b.tree, 0)
+        link = link_at(t.links, b.member)
+        t.effort, link.rate = 0.0, 0.0
+        for k in range(link.first_axis, link.first_axis + link.axes):
+            axis_at(t.axes, k).inverse = 0.0
 
 
 @jit_inside

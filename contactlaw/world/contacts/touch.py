@@ -191,16 +191,16 @@ def update_initial_overlap(w, p):
     if c.initial_overlap > 0.0:
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
-        was_ignored = is_ignored(p)
-        if was_ignored and p.guard >= 0 and guard_at(w.guards, p.guard).unlisted != 0:  # its parts are not listed
+        before = c.initial_overlap
+        if is_ignored(p) and p.guard >= 0 and guard_at(w.guards, p.guard).unlisted != 0:  # its parts are not listed
             if overlap > -BACK * (shape_at(w.shapes, p.a).radius + shape_at(w.shapes, p.b).radius):
                 return True
             overlap, w.stale = 0.0, 1
-        c.initial_overlap = set_initial_overlap(w, p, max(min(c.initial_overlap, overlap), 0.0))
+        c.initial_overlap = set_initial_overlap(w, p, max(min(before, overlap), 0.0))
         if is_ignored(p):
             p.listed_gap = NEVER  # so that its guard keeps it from being measured
-        elif was_ignored:
-            p.listed_gap, p.gap = -NEVER, 0.0
+        elif c.initial_overlap < before:  # and so is the gap, by as much: what is known of it no longer holds
+            p.listed_gap, p.checked = -NEVER, -1.0
     return c.initial_overlap > 0.0
 
 

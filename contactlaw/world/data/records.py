@@ -291,6 +291,7 @@ WORLD = record(
     unknowns="i8", unknown_room="i8",  # of the island that takes an implicit step; how many there is room for
     implicit="i8", solved="i8",  # counts since the start: implicit steps of islands, and factorisations for them
     kicks="i8", lists="i8",  # counts since the start: contact substeps, and lists of near pairs
+    denied="i8",  # 1: a tree that was asked does not pass by everything, see `near.passing`
     late="i8", latest="f8",  # contacts that were found overlapping when they closed, and the greatest such overlap [m]
     twists="i8", lost="i8",  # TWIST_LATER, TWIST_NOW or TWIST_ALWAYS; contacts and pairs for which there was no room
     demand="u8",  # address of `demand.TABLE`

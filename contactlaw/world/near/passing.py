@@ -41,14 +41,16 @@ def find_passing(world):
 
     world: address of the `records.WORLD`. Near pairs must have their gaps and closing speeds at the start of the step,
     see `step.find_pressed`.
+    Sets `denied` if any does not.
     """
     w = world_at(world, 0)
+    w.denied = 0
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         if may_pass(b):
             travelled = norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
             if travelled > b.margin:
-                deny(b)
+                deny(w, b)
             if travelled + 2.0 * w.step * (norm(load(b.velocity)) + b.reach * norm(load(b.spin))) > b.margin:
                 w.stale = 1
     for k in range(w.guard_count):
@@ -60,8 +62,8 @@ def find_passing(world):
             update_guard(w, g, w.step)
         g.separated = 1 if stayed_separated(w, g) else 0
         if g.separated == 0 and lead.moved + w.step * max(lead.last_speed_now, lead.speed_now) > g.limit:
-            deny(body_at(w.bodies, g.body_a))
-            deny(body_at(w.bodies, g.body_b))
+            deny(w, body_at(w.bodies, g.body_a))
+            deny(w, body_at(w.bodies, g.body_b))
     found = True
     first = True
     while found:
@@ -72,8 +74,8 @@ def find_passing(world):
             if not (may_pass(a) or may_pass(b)):
                 continue
             if not (end_is_known(a) and end_is_known(b)) or (first and may_have_touched(w, p, a, b)):
-                found = deny(a) or found
-                found = deny(b) or found
+                found = deny(w, a) or found
+                found = deny(w, b) or found
         first = False
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
@@ -82,11 +84,12 @@ def find_passing(world):
 
 
 @jit_inside
-def deny(b):
+def deny(w, b):
     """Let the tree of a body not pass, if it was asked; return whether that changes anything."""
     if b.tree == 0 or tree_at(b.tree, 0).passes != ASKED:
         return False
     tree_at(b.tree, 0).passes = DENIED
+    w.denied = 1
     return True
 
 
