@@ -220,3 +220,32 @@ def test_a_fast_arm_strikes_what_it_would_jump_over_in_a_step(speed):
             most = max(most, data.qpos[0])
         assert most < np.pi
         assert -1.01 * speed < data.qvel[0] < 0.0
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("timestep", [1e-3, 5e-3])
+@pytest.mark.parametrize("integrator", ["Euler", "RK4"])
+def test_a_light_link_that_carries_a_heavy_one_gains_no_energy_from_an_impact(integrator, timestep):
+    """6 g carry 1.4 kg at a ball joint. A torque error that the 1.4 kg would hardly notice spins 6 g up."""
+    bodies = """<worldbody><geom name="floor" type="plane" size="3 3 1"/>
+        <body pos="0 0 .1406"><freejoint/><geom type="sphere" size=".0172" pos="-.012 0 -.051" density="300"/>
+        <body pos="-.0082 -.1179 -.0876"><joint type="ball"/>
+        <geom name="heavy" type="sphere" size=".035" pos="-.021 0 -.016" density="7800"/>
+        <body pos="-.0368 -.0584 .1099"><joint axis="-1.014 .352 -.32" armature="1e-5"/>
+        <geom type="cylinder" size=".0265 .0175" pos="0 0 .017" density="1000"/></body></body></body></worldbody>"""
+    source = f'<mujoco><option timestep="{timestep}" integrator="{integrator}"/>{bodies}</mujoco>'
+    pair = ContactPair(MATERIALS["wood"], MATERIALS["wood"], friction=0.65, restitution=0.74)
+    model = load_model(source, [("floor", "heavy", pair)])
+    flight = mujoco.MjModel.from_xml_string(source)
+    flight.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
+    flight.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+    data, read = mujoco.MjData(model), mujoco.MjData(flight)
+    data.qvel[:] = [-4.0, 0.0, -4.0, 5.0, 40.0, 18.0, -13.0, 3.0, -10.0, -100.0]
+    energies = []
+    for _ in range(round(1e-2 / timestep) + 1):
+        read.qpos[:], read.qvel[:] = data.qpos, data.qvel
+        mujoco.mj_forward(flight, read)
+        energies.append(read.energy.sum())
+        mujoco.mj_step(model, data)
+    assert max(energies) < energies[0] * 1.02
+    assert energies[-1] < 0.8 * energies[0]

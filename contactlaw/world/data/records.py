@@ -101,6 +101,7 @@ TREE = record(
     held="f8",  # [s] length of these substeps
     stale="i8",  # 1: accelerations and factor do not belong to q and v
     rate="f8",  # [rad/s] at which its bodies turn, at most: see `LINK`
+    coupling="f8",  # greatest diagonal entry of the mass matrix over its pivot
     change_rate="f8",  # [rad/s] at which its motion changes: the greatest `rate` plus spin relative to the parent
     max_acceleration="f8", effort="f8",  # [m/s^2] of its bodies, greatest; greatest ratio to the root of their mobility
     decay="f8",  # [1/s] at which damping may slow a velocity, at most
@@ -139,7 +140,7 @@ AXIS = record(
     carrier="i8", parent="i8", depth="i8",  # axis that carries it, next in its row of the factor, or -1; how many
     begins="i8",  # 0: second or third axis of a ball joint; all three turn with what carries the joint
     armature="f8",  # [kg] or [kg m^2], inertia of the joint itself
-    inverse="f8",  # inverse pivot of the factor
+    inertia="f8", inverse="f8",  # its diagonal entry of the mass matrix; inverse pivot of the factor
     spin=VECTOR, velocity=VECTOR,  # Jacobian: spin of all it carries and its velocity at the origin, by unit speed
     # an active soft limit, see `trees.dynamics.limit_force`
     side="f8",  # 1: of a least coordinate, -1: of a greatest one, 0: none is active

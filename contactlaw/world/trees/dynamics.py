@@ -47,7 +47,8 @@ def accelerate(t):
             resistance = d[k, p] + (axis.resistance if axis.side != 0.0 and t.midway == 0 else 0.0)
             own = axis.armature + held[k, p] + dot(e, angular) + dot(s, linear)
             lag = max(t.lag, t.span) if t.span * resistance > STIFF * own else t.lag
-            m[k, p] = own + lag * resistance
+            axis.inertia = own + lag * resistance
+            m[k, p] = axis.inertia
             j, carrier = axis.parent, axis.carrier
             while j >= 0:
                 one = axis_at(t.axes, j)

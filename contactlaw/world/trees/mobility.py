@@ -48,7 +48,9 @@ def move_bodies(t):
 def accelerate(t):
     """Find the mass matrix, the accelerations at q and v, and bounds on how fast they change."""
     call_on_tree(t.accelerate, t)
-    t.rate, t.change_rate, t.max_acceleration, t.effort = 0.0, 0.0, 0.0, 0.0
+    t.rate, t.change_rate, t.max_acceleration, t.effort, t.coupling = 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(t.v_size):
+        t.coupling = max(t.coupling, axis_at(t.axes, k).inertia * axis_at(t.axes, k).inverse)
     for i in range(t.count):
         link, b = link_at(t.links, i), body_at(t.bodies, i)
         spin, pull = load(b.spin), norm(load(b.acceleration))

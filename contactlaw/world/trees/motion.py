@@ -14,10 +14,10 @@ first up to its middle, then that of the second: what rests stays. The middle is
 forces, as a contains centripetal terms, which jump with v.
 """
 
-from math import ceil
+from math import ceil, sqrt
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.data.access import body_at, link_at, tree_at
+from contactlaw.world.data.access import axis_at, body_at, link_at, tree_at
 from contactlaw.world.data.call import call_on_tree
 from contactlaw.world.data.vec import add, load, norm, scale, store, sub
 from contactlaw.world.trees.dynamics import decay, response_of
@@ -26,6 +26,7 @@ from contactlaw.world.trees.mobility import accelerate, apply_pending, clear, co
 
 HOLD = 4  # substeps for which M and a are held at most
 LONGEST_HOLD, HELD_TURN = 2e-3, 0.02  # [s], or [rad] if that takes longer, for which they are held at most
+HELD_GAIN = 0.05  # of an error of rates, from one group of substeps to the next, see `predict_midpoint`
 LARGEST_TURN, MOST = 0.1, 1e4  # [rad] of a Runge-Kutta step; number of steps of a flight, at most
 LARGEST_DECAY = 0.5  # share of a velocity lost by damping in such a step
 LARGEST_LAG = 2.0  # rate of damping times a group of substeps up to which the midpoint rule does not oscillate
@@ -144,9 +145,19 @@ def drift(b, h):
 
 @jit_inside
 def predict_midpoint(t, h):
-    """Find mass matrix and accelerations for the next substeps of h [s], at the middle of the kicks that end these."""
+    """Find mass matrix and accelerations for the next substeps of h [s], at the middle of the kicks that end these.
+
+    A contact force acts where the tree is, and M belongs to where it was a time T before or will be: torques on a link
+    and on what that carries do not cancel. An error of its rate turns the link by T times that, which changes the rate
+    by the angular acceleration due to contacts, times T and M_kk over its pivot. A light link that carries a heavy one
+    would be unstable if M were held for long.
+    """
     n = t.v_size
     longest = min(max(LONGEST_HOLD, HELD_TURN / max(t.change_rate, 1e-9)), LARGEST_LAG / max(t.decay, 1e-9))
+    turned = 0.0
+    for k in range(n):
+        turned = max(turned, abs(vector(t.kick_v, n)[k]) * norm(load(axis_at(t.axes, k).spin)))
+    longest = min(longest, sqrt(HELD_GAIN * h / max(turned * t.coupling, 1e-300)))
     t.hold = int(max(min(HOLD, longest / h), 1.0)) if t.held == h else 1
     kicks, known = (0.5 * t.hold, 0.5) if t.held > 0.0 else (1.0, 1.0)  # half a kick of the first substep is known
     t.held = h
