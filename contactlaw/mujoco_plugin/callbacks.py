@@ -30,7 +30,7 @@ from contactlaw.mujoco_plugin.edits import is_edited
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.mujoco_plugin.notices import report_contacts, report_once, send_report
 from contactlaw.mujoco_plugin.sensors import call_sense
-from contactlaw.mujoco_plugin.trees import FIND, READ, WRITE, call_press, call_trees
+from contactlaw.mujoco_plugin.trees import FIND, MOVE, READ, WRITE, call_press, call_trees
 from contactlaw.world.bodies.motion import move_kinematic
 from contactlaw.world.data.access import body_at, contact_at, near_at, world_at
 from contactlaw.world.data.call import address, call_read, call_step, ready
@@ -84,13 +84,13 @@ def move_world(head, w, state):
         return EDITED
     lists = w.lists
     call_step(address(w, STEP), w, head.step_size, FIND_PRESSED)
-    passed = run_trees(head, READ)
+    run_trees(head, MOVE)
     if w.denied != 0 and w.lists == lists:  # whether a tree passes must not depend on when near pairs were listed
         w.stale = 1
         run_trees(head, FIND)
         call_step(address(w, STEP), w, head.step_size, FIND_PRESSED)
-        passed = run_trees(head, READ)
-    if passed and head.free_count + head.mocap_count == 0 and head.idle != 0:
+        run_trees(head, MOVE)
+    if run_trees(head, READ) and head.free_count + head.mocap_count == 0 and head.idle != 0:
         return MOVED
     for i in range(head.free_count):
         free.lead_free(head, free_at(head.frees, i))

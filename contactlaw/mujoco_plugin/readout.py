@@ -72,9 +72,8 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str | None = N
     Raises:
         ValueError: The model has no such contact.
     """
-    view = layout.view_of(model)
+    view = layout.view_of(model, data)
     if name is None:
-        checks.instance("data", data, mujoco.MjData)
         names = [view.name("plugin", number) for number in contact_instances(view)]
         return [contact for one in names for contact in contacts_of(model, data, one)]
     world = view_of(model, data, name)

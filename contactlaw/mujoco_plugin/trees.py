@@ -48,7 +48,7 @@ from contactlaw.world.trees.dynamics import mobility_along, solve_ld, solve_lt
 from contactlaw.world.trees.kinematics import vector
 from contactlaw.world.trees.mobility import clear, copy
 
-FIND, READ, WRITE = range(3)
+FIND, MOVE, READ, WRITE = range(4)
 """Stages of a step, see `serve`."""
 
 SLEEPS = 3  # value of `JOINTED.there` beside `records.ASKED` and `records.PASSES`
@@ -65,6 +65,9 @@ smooth_derivative = types.ExternalFunction("mjd_smooth_vel", types.void(types.ui
 def serve(block, stage):
     """Take all trees through a stage of the step; return, after READ, whether none of them was read."""
     head = head_at(block, 0)
+    if stage == MOVE:
+        move_trees(head)
+        return False
     if stage == READ:
         return read_trees(head)
     for i in range(head.tree_count):
@@ -78,13 +81,10 @@ def serve(block, stage):
 
 
 @jit
-def read_trees(head):
-    """Read the trees that may touch something; return whether there are none.
-
-    All others have passed by everything, so their end of the step is the engine's own.
-    """
-    w, d, known = world_at(head.world, 0), data_at(head.data, 0), False
-    for i in range(head.tree_count):  # `find_passing` needs them where the engine's step has taken them
+def move_trees(head):
+    """Move the trees that may pass to where the engine's step has taken them, and find which of them do."""
+    w, d = world_at(head.world, 0), data_at(head.data, 0)
+    for i in range(head.tree_count):
         j = jointed_at(head.trees, i)
         t = tree_at(w.trees, j.tree)
         if is_lost(head, d.qvel, j, t):
@@ -95,6 +95,15 @@ def read_trees(head):
                 b = body_at(t.bodies, k)
                 b.turned += head.step_size * norm(load(b.spin))
     find_passing(head.world)
+
+
+@jit
+def read_trees(head):
+    """Read the trees that may touch something; return whether there are none.
+
+    All others have passed by everything, so their end of the step is the engine's own.
+    """
+    w, known = world_at(head.world, 0), False
     for i in range(head.tree_count):
         j = jointed_at(head.trees, i)
         t = tree_at(w.trees, j.tree)

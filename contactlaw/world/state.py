@@ -21,7 +21,7 @@ from contactlaw.world.contacts.touch import add_to_ledger, has_parted
 from contactlaw.world.data.access import axis_at, body_at, contact_at, link_at, near_at, pair_at, shape_at, tree_at
 from contactlaw.world.data.materials import friction_of, law_of, memory_of
 from contactlaw.world.data.records import CLOSED, CONTACT, FREE, LEDGER, PARTED, PAUSE_LIMIT
-from contactlaw.world.data.saved import KNOWN_NUMBERS
+from contactlaw.world.data.saved import FIELDS, KNOWN_NUMBERS
 from contactlaw.world.data.vec import dot, load, norm, store
 from contactlaw.world.near.listing import count_slots
 from contactlaw.world.near.pairing import can_touch, pair_of
@@ -29,7 +29,6 @@ from contactlaw.world.trees.mobility import clear, copy
 
 HEAD, SHAPES, SLEEP = 1, 3, 4  # numbers before all contacts, before the fields of each contact, of each body
 RECORD = CONTACT.itemsize
-FIELDS = CONTACT.fields or {}
 FIRST, LAST = int(FIELDS["interval"][1]), int(FIELDS["duration"][1])  # offsets; only float64 fields between them
 KEPT = (LAST - FIRST) // 8 + 1
 PER_CONTACT = SHAPES + KNOWN_NUMBERS + KEPT  # numbers of a contact, besides the history of its law
