@@ -99,7 +99,7 @@ def model_xml(model: Source, contacts: Contacts, *, assets: Mapping[str, bytes] 
             except ValueError as error:
                 trouble = str(error)
                 continue
-        if _equivalent(compiled, again, 0.0 if exact else 1e-4):
+        if _equivalent(compiled, again, 1e-12 if exact else 1e-4):
             return text
         trouble = "what is read back is another model"
     raise ValueError(f"model: MuJoCo cannot write it as XML and read it again ({trouble}); use load_model")
@@ -215,13 +215,19 @@ def _is_uneven(view: layout.ModelView, geom: int) -> bool:
 
 
 def _precise_xml(spec: mujoco.MjSpec) -> str:
-    """Return a specification as XML with all digits; MuJoCo up to 3.15 writes six."""
+    """Return a specification as XML with all digits; MuJoCo up to 3.15 writes six, and no `inertiagrouprange`."""
     before = layout.LIBRARY._mjPRIVATE__get_xml_precision()
     layout.LIBRARY._mjPRIVATE__set_xml_precision(17)
     try:
-        return spec.to_xml()
+        text = spec.to_xml()
     finally:
         layout.LIBRARY._mjPRIVATE__set_xml_precision(before)
+    first, last = spec.compiler.inertiagrouprange  # of the geoms that have mass: robosuite and metaworld use it
+    return (
+        text
+        if "inertiagrouprange=" in text
+        else text.replace("<compiler ", f'<compiler inertiagrouprange="{first} {last}" ', 1)
+    )
 
 
 def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:

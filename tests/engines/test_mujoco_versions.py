@@ -18,6 +18,8 @@ BALLS = f"""<mujoco><option gravity="0 0 0"/><worldbody><geom name="floor" type=
 {"".join(BALL.format(0.1 * i, i) for i in range(3))}</worldbody></mujoco>"""
 PAIR = steel_pair()
 CONTACTS = [("ball*", ["ball*", "floor"], PAIR)]
+SHELL = """<mujoco><compiler inertiagrouprange="1 1"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+<body pos="0 0 .1"><freejoint/><geom name="ball" size=".03"/><geom name="core" group="1" size=".01"/></body></worldbody></mujoco>"""
 LEG = """<mujoco><option timestep=".002"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>
 <geom name="wall" type="box" size=".1 .1 .1" pos="2 0 0"/>
 <body name="trunk" pos="0 0 .6"><joint type="slide" axis="0 0 1"/><geom name="trunk" size=".05" mass="5"/>
@@ -72,6 +74,12 @@ def test_the_same_from_xml_and_from_a_saved_state():
         mujoco.mj_step(model, data, 200)
         ends.append(data.qpos.copy())
     assert np.array_equal(*ends)
+
+
+def test_which_geoms_have_mass_is_written():  # MuJoCo up to 3.15 leaves it out
+    contacts = [("ball", "floor", PAIR)]
+    again = mujoco.MjModel.from_xml_string(model_xml(SHELL, contacts))
+    assert np.array_equal(load_model(SHELL, contacts).body_mass, again.body_mass)
 
 
 @pytest.mark.parametrize("integrator", ["Euler", "RK4", "implicitfast"])
