@@ -20,6 +20,8 @@ without force or acceleration sensors are given this one.
 
 SUBSTEPS = 100
 """Default least number of substeps in a contact; the error of an impact is then about 3e-4 in psi_2."""
+CROWD_SUBSTEPS = 20
+"""Default least number of substeps of a damped impact where more than four contacts of an island are closed."""
 LEAST_SUBSTEPS = 10
 GEOMS = "geoms"  # in place of a friction coefficient
 OVERLAPS = ("relax", "keep")
@@ -48,6 +50,7 @@ class Contact:
     twos: Sequence[Any]
     pair: Any
     substeps: int = SUBSTEPS
+    crowd_substeps: int = CROWD_SUBSTEPS
     rounding: float | None = None
     geom_friction: bool = False
     overlaps: str = "relax"
@@ -60,6 +63,7 @@ class Contact:
     def __post_init__(self) -> None:
         """Raises ValueError where a setting is not allowed."""
         checks.count("substeps", self.substeps, LEAST_SUBSTEPS)
+        checks.count("crowd_substeps", self.crowd_substeps, LEAST_SUBSTEPS)
         checks.one_of("overlaps", self.overlaps, OVERLAPS)
         checks.truth("others", self.others)
         checks.truth("as_native", self.as_native)
@@ -79,7 +83,7 @@ def write(contact: Contact) -> dict[str, str]:
         "friction": GEOMS if contact.geom_friction else losses.text_of(pair.friction),
         "restitution": losses.text_of(pair.restitution), "radius": pair.radius, "law": text_of(pair.rule),
         "stiffness_ratio": pair.stiffness_ratio, "rolling_resistance": pair.rolling_resistance or None,
-        "substeps": str(contact.substeps), "rounding": contact.rounding,
+        "substeps": str(contact.substeps), "crowd_substeps": str(contact.crowd_substeps), "rounding": contact.rounding,
         "native": " ".join(f"{bits}x{count}" for bits, count in runs) or None, "overlaps": contact.overlaps,
     }  # fmt: skip
     return {key: one if isinstance(one, str) else repr(float(one)) for key, one in given.items() if one is not None}
@@ -96,6 +100,10 @@ def split(text: str) -> list[str]:
 
 def _text(key: str, text: str) -> str:
     return text
+
+
+def _count(key: str, text: str) -> int | str:
+    return int(text) if text.strip().isdecimal() else text
 
 
 def _number(key: str, text: str) -> float:
@@ -133,8 +141,8 @@ SIDES = {"geom1": _text, "geom2": _text}
 REQUIRED = {"material1": _material, "material2": _material, "friction": _friction}
 OF_PAIR = {"restitution": losses.read, "radius": _number, "law": _text, "stiffness_ratio": _number,
            "rolling_resistance": _number}  # fmt: skip
-OF_CONTACT = {"substeps": lambda _, text: int(text) if text.strip().isdecimal() else text, "rounding": _number,
-              "native": _bits, "overlaps": _text, "name": _text}  # fmt: skip
+OF_CONTACT = {"substeps": _count, "crowd_substeps": _count, "rounding": _number, "native": _bits, "overlaps": _text,
+              "name": _text}  # fmt: skip
 KEYS: dict[str, Callable[[str, str], Any]] = SIDES | REQUIRED | OF_PAIR | OF_CONTACT
 """Configuration keys of the plugin; geom1, geom2, material1, material2 and friction are required.
 
@@ -143,8 +151,8 @@ native: contype and conaffinity of each geom before the law took over, geom1's f
 if given, the instance has only those pairs that the engine would have tested with these bits. material1, material2: a
 name in `MATERIALS`, or "E nu" in SI units. friction, restitution: a number, or a function in `contactlaw.losses` with
 its fields, such as "plastic yield_speed=0.1"; friction "geoms": the coefficients of the geoms, combined by the engine's
-rule. law: as for `laws.law_of`, such as "microslip node_count=32". substeps: least number of substeps in a contact; the
-largest value in a model holds for all contacts. rounding: radius [m] of the edges of boxes and cylinders; default a
+rule. law: as for `laws.law_of`, such as "microslip node_count=32". substeps: least number of substeps in a contact;
+crowd_substeps: the same where many touch; the largest values in a model hold for all contacts. rounding: radius [m] of the edges of boxes and cylinders; default a
 tenth of the smallest half length of each. overlaps: "keep": shapes that are found overlapping are pushed apart; default
 "relax": they count as just touching, see `world.contacts.touch.begin_contact`. name: name of the instance. MuJoCo
 prefixes and suffixes all names of a model that is attached to another; the prefix and suffix of the geoms are found by

@@ -9,12 +9,8 @@
     ours = save_model(theirs, "pusher.xml", [("body:object", "body:r_wrist_roll_link", hard)])
     env = gymnasium.make("Pusher-v5", xml_file=str(ours))
 
-The new file names the plugin: a process that loads it must have imported `contactlaw.mujoco_plugin` before. In
-dm_control a model can be replaced inside an environment:
-
-    env = suite.load("ball_in_cup", "catch")
-    xml, assets = ball_in_cup.get_model_and_assets()
-    env.physics.reload_from_xml_string(model_xml(xml, [("ball", "cup_part_*", hard)], assets=assets), assets)
+The new file names the plugin: a process that loads it must have imported `contactlaw.mujoco_plugin` before. Other
+packages: docs/models.md.
 """
 
 import os
@@ -61,7 +57,7 @@ def load_model(
             two geoms, the one with fewer "*" has them, then the later one.
             Or a table {geoms: Material or its name} for every native contact; the last entry that fits a geom holds.
         assets: Included files and assets by name, for a model given as text.
-        settings: Those of `add_contact`, for all contacts: others, substeps, rounding. Also
+        settings: Those of `add_contact`, for all contacts: others, substeps, crowd_substeps, rounding. Also
             skip: Geoms, or pairs (geoms1, geoms2), that keep the engine's own contact whatever "*" says.
             friction, restitution: For a table: a number, or a function of two materials. The default friction is that
                 of the geoms, by the engine's rule; the default restitution is 1.

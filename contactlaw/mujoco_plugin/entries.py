@@ -88,7 +88,7 @@ def _entry(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, 
         )
     ones, twos = (_geoms(spec, entry[i], f"contacts[{number}], geoms{i + 1}") for i in range(2))
     own = {**settings, **(entry[3] if len(entry) == 4 else {})}
-    unknown = set(own) - {"as_native", "others", "substeps", "rounding", "geom_friction", "overlaps"}
+    unknown = set(own) - {"as_native", "others", "substeps", "crowd_substeps", "rounding", "geom_friction", "overlaps"}
     if unknown:
         raise TypeError(f"contacts[{number}]: there is no setting {sorted(unknown)[0]!r}")
     own.setdefault("as_native", is_every(entry[0]) or is_every(entry[1]))

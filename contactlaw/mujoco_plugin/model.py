@@ -49,7 +49,10 @@ class Model:
         self._m = view
         # of each geom: the body that carries it, and the pose of the geom's own body in that one's frame
         self._carriers = {geom: self._carrier(int(self._m.geom_bodyid[geom])) for geom in geoms}
-        self._world = World(gravity=0.0, substeps=max(instance.contact.substeps for instance in self._contacts))
+        finest = {
+            key: max(getattr(one.contact, key) for one in self._contacts) for key in ("substeps", "crowd_substeps")
+        }
+        self._world = World(gravity=0.0, **finest)
         self._rows: dict[int, int] = {}  # of each body its number in the world, without the world's own row
         self._frames: dict[int, Pose] = {}  # of moving bodies: MuJoCo's body frame in the principal axes
         self._trees: list[dict[str, Any]] = []

@@ -27,7 +27,8 @@ MAX_EXPLICIT_PAIRS = 256  # sets with more pairs are separated by contype and co
 
 def add_contact(
     spec: mujoco.MjSpec, geom1: Geoms, geom2: Geoms, pair: ContactPair, *, others: bool = True,
-    substeps: int = config.SUBSTEPS, rounding: float | None = None, overlaps: str = "relax",
+    substeps: int = config.SUBSTEPS, crowd_substeps: int = config.CROWD_SUBSTEPS, rounding: float | None = None,
+    overlaps: str = "relax",
 ) -> str:  # fmt: skip
     """Let geoms touch by the law; then call `spec.compile()` and plain `mj_step`, at any time step.
 
@@ -49,7 +50,8 @@ def add_contact(
             detection, which is cheaper than excluding pairs; such a geom may still be added to further contacts of the
             law. Not with a compiler that discards visual geoms, as it would discard these.
         substeps: Least number of the law's substeps in a contact, however long the engine's step; the error of an
-            impact falls with its square.
+            impact falls with its square. The largest number that any contact asks for holds for all.
+        crowd_substeps: The same for damped impacts where more than four contacts of an island are closed.
         rounding: Radius [m] of the edges of boxes and cylinders among the geoms, and so of their contacts with flat
             shapes;
             None: a tenth of the smallest half length of each.
@@ -67,7 +69,7 @@ def add_contact(
         raise ValueError(f"spec = {spec!r}: must be a mujoco.MjSpec; contacts are added before the model is compiled")
     checks.instance("pair", pair, ContactPair)
     ones, twos = (geoms_of(spec, one, argument=name) for name, one in (("geom1", geom1), ("geom2", geom2)))
-    contact = config.Contact(ones, twos, pair, substeps, rounding, overlaps=overlaps, others=others)
+    contact = config.Contact(ones, twos, pair, substeps, crowd_substeps, rounding, overlaps=overlaps, others=others)
     return replace_native_contacts(spec, contact)
 
 

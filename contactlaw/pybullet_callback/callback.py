@@ -70,12 +70,15 @@ class ContactCallback:
             time.
             False: they are read when a contact is added or removed and by `look`, which saves more than a microsecond a
             body and step.
+        crowd_substeps: Least number of substeps of a damped impact where more than four contacts of an island are
+            closed, >= 10.
     """
 
-    def __init__(self, client: int = 0, *, fixed_bodies_move: bool = True) -> None:
+    def __init__(self, client: int = 0, *, fixed_bodies_move: bool = True, crowd_substeps: int = 20) -> None:
         if INTERPRETED:
             raise RuntimeError("the callback needs compiled code, and NUMBA_DISABLE_JIT is set: unset it")
         self._client, self._moves = client_of(client), checks.truth("fixed_bodies_move", fixed_bodies_move)
+        self._crowd_substeps = checks.count("crowd_substeps", crowd_substeps, LEAST_SUBSTEPS)
         self._contacts: dict[int, Contact] = {}
         self._handles = count()
         self._tags = Tags(self._client)
@@ -253,7 +256,9 @@ class ContactCallback:
     def _scene(self) -> Scene:
         """The scene of the present contacts, made on first use."""
         if self._made is None:
-            self._made = Scene(self._client, self._contacts, self._old, self._moves, self._tags.check)
+            self._made = Scene(
+                self._client, self._contacts, self._old, self._moves, self._tags.check, self._crowd_substeps
+            )
             self._old = None
         return self._made
 

@@ -44,19 +44,21 @@ class Scene:
         contacts: By handle.
         old: The scene before a change of the contacts; the state of contacts and bodies that remain is taken over.
         moves, check: See `Bodies`.
+        crowd_substeps: See `World`.
 
     Attributes:
         bodies: Its bodies in PyBullet.
     """
 
     def __init__(
-        self, client: int, contacts: Mapping[int, Contact], old: Scene | None, moves: bool, check: Callable[[], None]
-    ) -> None:
+        self, client: int, contacts: Mapping[int, Contact], old: Scene | None, moves: bool, check: Callable[[], None],
+        crowd_substeps: int,
+    ) -> None:  # fmt: skip
         self._client, self._contacts, self._handles = client, contacts, tuple(contacts)
         sides = {key: side for contact in contacts.values() for key, side in contact.sides.items()}
         order = dict.fromkeys([key for key in (old.shapes if old else ()) if key in sides] + list(sides))
         most = max([contact.substeps for contact in contacts.values()], default=100)
-        self.world = World(gravity=0.0, substeps=most)
+        self.world = World(gravity=0.0, substeps=most, crowd_substeps=crowd_substeps)
         self.shapes: dict[Key, list[int]] = {}
         self._side_of: dict[int, Key] = {}
         self._row: dict[Key, int] = {}

@@ -57,13 +57,21 @@ class World(Building):
         """
         left = checks.count("n", n, 0)
         while left > 0:
-            left -= step(self.arrays.bound().world, self.timestep, left)
+            world = self.arrays.bound().world
+            made = step(world, self.timestep, left)
+            world["time"] += made * self.timestep
+            left -= made
             if not PENDING_ERROR and left > 0:  # or it raises
                 self._arrays = with_more_room(self.arrays)
         if self.arrays.world["lost"][0] > 0:
             raise RuntimeError("a step lost contacts: too many shapes came near each other in it; make it shorter")
         if not np.isfinite(self.arrays.bodies["position"]).all():
             raise RuntimeError("the motion is no longer finite: speeds or overlaps are beyond what numbers can hold")
+
+    @property
+    def time(self) -> float:
+        """Time since the start [s]: steps made, times their length; `restore` sets it back."""
+        return float(self.arrays.world["time"][0])
 
     @property
     def position(self) -> Array:

@@ -18,7 +18,9 @@ class EngineWorld(World):
 
     def __init__(self, settings: Settings, gravity: ArrayLike, tuning: Tuning) -> None:
         super().__init__(settings, gravity, tuning)
-        self.world = own.World(gravity=self.gravity, timestep=self.timestep, substeps=float(tuning.substeps))
+        self.world = own.World(
+            gravity=self.gravity, timestep=self.timestep, substeps=tuning.substeps, crowd_substeps=tuning.crowd_substeps
+        )
         self._fresh: Arrays | None = None
         self._shapes: dict[str, list[int]] = {}
 

@@ -71,7 +71,9 @@ class EngineWorld(World):
     def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair) -> None:
         driven = any(body.path is not None for body in self.bodies)
         moved = driven if self.tuning.fixed_bodies_move is None else self.tuning.fixed_bodies_move
-        self.callback = self.callback or ContactCallback(self.client, fixed_bodies_move=moved)
+        self.callback = self.callback or ContactCallback(
+            self.client, fixed_bodies_move=moved, crowd_substeps=self.tuning.crowd_substeps
+        )
         first, second = ([self.ids[name] for name in names] for names in (ones, twos))
         self._pairs.append((ones, twos))
         self.handles.append(self.callback.add_contact(first, second, pair, substeps=self.tuning.substeps))

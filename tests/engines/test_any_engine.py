@@ -285,6 +285,23 @@ def test_a_gas_of_elastic_balls_keeps_its_energy_and_gets_no_spin(make: Make, se
     assert np.abs(state.position).max() < half - 0.9 * RADIUS
 
 
+def test_in_a_crowd_its_own_substeps_count(make: Make) -> None:
+    """A ball strikes six that touch: the error against 640 substeps, with 10 and with 40."""
+    places = [(row * RADIUS * 3.0**0.5, (2 * i - row) * RADIUS, 0.0) for row in range(3) for i in range(row + 1)]
+    after = {}
+    for crowd_substeps in (10, 40, 640):
+        world = make(LONG, crowd_substeps=crowd_substeps)
+        names = [f"ball{number}" for number in range(7)]
+        for name, place in zip(names, [(-2.1 * RADIUS, 0.1 * RADIUS, 0.0), *places], strict=True):
+            world.ball(name, RADIUS, MASS, place, (3.0 if name == "ball0" else 0.0, 0.0, 0.0))
+        world.contact(names, names, pair_of())
+        world.start()
+        world.step(10)
+        after[crowd_substeps] = world.read().velocity
+    coarse, fine = (np.abs(after[n] - after[640]).max() for n in (10, 40))
+    assert fine < 0.25 * coarse < 0.25 * 0.02
+
+
 def test_the_error_falls_with_the_square_of_the_substeps(make: Make) -> None:
     """Against the same impact with fine substeps, over phases: halving them leaves a quarter."""
     pair, off = pair_of(radius=RADIUS), {}

@@ -111,6 +111,7 @@ def configured(**over):
     ("key", "value", "said"),
     [
         ("substeps", "100.7", "substeps = '100.7'"), ("substeps", "1e3", "substeps = '1e3'"),
+        ("crowd_substeps", "9", "crowd_substeps = 9"),
         ("substeps", "nan", "substeps = 'nan'"), ("friction", "nan", "friction = nan"),
         ("friction", "1_0", "friction = '1_0'"), ("friction", "1,5", "friction = '1,5'"),
         ("restitution", "0x1", "restitution = '0x1'"), ("radius", "nan", "radius = nan"),

@@ -150,6 +150,7 @@ def test_a_bounce_is_read_out(swapped):
     [
         ({"substeps": 5}, "substeps = 5: must be an integer >= 10"),
         ({"substeps": 20.5}, "substeps = 20.5"),
+        ({"crowd_substeps": 5}, "crowd_substeps = 5: must be an integer >= 10"),
     ],
 )
 def test_bad_settings_are_refused(arguments, said):

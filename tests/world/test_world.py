@@ -94,7 +94,9 @@ def test_saved_in_mid_contact_it_goes_on_to_the_bit() -> None:
                  timestep=1e-5)  # fmt: skip
     made.step(15)
     assert made.contacts["closed"].all() and made.contacts.size == 1
+    assert made.time == pytest.approx(15e-5)
     goes_on_alike(made, 20)
+    assert made.time == pytest.approx(35e-5)
 
 
 @pytest.mark.heavy

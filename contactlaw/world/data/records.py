@@ -280,6 +280,7 @@ WORLD = record(
     body_count="i8", shape_count="i8", pair_count="i8", near_room="i8", contact_room="i8", memory_size="i8",
     group_count="i8", guard_room="i8",
     cells="i8", step="f8",  # cells of the grid's hash table, a power of two; length of the step [s]
+    time="f8",  # [s] that a `World` has been moved by
     substeps="f8",  # of an impact between few bodies
     crowd_substeps="f8", crowd="i8",  # of an impact in an island of more closed contacts than `crowd`
     stillness="f8",  # share of its overlap that a sleeping contact may move in an impact's time; 0: none sleeps
