@@ -152,11 +152,11 @@ if given, the instance has only those pairs that the engine would have tested wi
 name in `MATERIALS`, or "E nu" in SI units. friction, restitution: a number, or a function in `contactlaw.losses` with
 its fields, such as "plastic yield_speed=0.1"; friction "geoms": the coefficients of the geoms, combined by the engine's
 rule. law: as for `laws.law_of`, such as "microslip node_count=32". substeps: least number of substeps in a contact;
-crowd_substeps: the same where many touch; the largest values in a model hold for all contacts. rounding: radius [m] of the edges of boxes and cylinders; default a
-tenth of the smallest half length of each. overlaps: "keep": shapes that are found overlapping are pushed apart; default
-"relax": they count as just touching, see `world.contacts.touch.begin_contact`. name: name of the instance. MuJoCo
-prefixes and suffixes all names of a model that is attached to another; the prefix and suffix of the geoms are found by
-comparing the instance's name with this one.
+crowd_substeps: the same where many touch; the largest values in a model hold for all contacts. rounding: radius [m] of
+the edges of boxes and cylinders; default a tenth of the smallest half length of each. overlaps: "keep": shapes that are
+found overlapping are pushed apart; default "relax": they count as just touching, see
+`world.contacts.touch.begin_contact`. name: name of the instance. MuJoCo prefixes and suffixes all names of a model that
+is attached to another; the prefix and suffix of the geoms are found by comparing the instance's name with this one.
 """
 
 

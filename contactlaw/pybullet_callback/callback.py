@@ -87,6 +87,12 @@ class ContactCallback:
         self._made: Scene | None = None
         _ALL.add(self)
 
+    def __getstate__(self) -> None:
+        raise TypeError(
+            "a ContactCallback belongs to its physics client, and cannot be copied or pickled: pickle what `save` "
+            "returns, and add the contacts anew"
+        )
+
     def add_contact(
         self, body_a: int | Sequence[int] | Sequence[tuple[int, int]],
         body_b: int | Sequence[int] | Sequence[tuple[int, int]], pair: ContactPair, link_a: int = -1, link_b: int = -1,

@@ -78,8 +78,12 @@ class EngineWorld(World):
 
     def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair) -> None:
         tuning = self.tuning
-        finest = {"substeps": tuning.substeps, "crowd_substeps": tuning.crowd_substeps}
-        self.contacts.append(mujoco_plugin.add_contact(self.spec, ones, twos, pair, others=tuning.collide, **finest))
+        self.contacts.append(
+            mujoco_plugin.add_contact(
+                self.spec, ones, twos, pair, others=tuning.collide, substeps=tuning.substeps,
+                crowd_substeps=tuning.crowd_substeps,
+            )
+        )  # fmt: skip
 
     def _make_native(self, friction: float, restitution: float, spring: tuple[float, float] | None) -> None:
         for geom in self.spec.geoms:

@@ -19,7 +19,8 @@ BALLS = f"""<mujoco><option gravity="0 0 0"/><worldbody><geom name="floor" type=
 PAIR = steel_pair()
 CONTACTS = [("ball*", ["ball*", "floor"], PAIR)]
 SHELL = """<mujoco><compiler inertiagrouprange="1 1"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>
-<body pos="0 0 .1"><freejoint/><geom name="ball" size=".03"/><geom name="core" group="1" size=".01"/></body></worldbody></mujoco>"""
+<body pos="0 0 .1"><freejoint/><geom name="ball" size=".03"/><geom name="core" group="1" size=".01"/></body>
+</worldbody></mujoco>"""
 LEG = """<mujoco><option timestep=".002"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>
 <geom name="wall" type="box" size=".1 .1 .1" pos="2 0 0"/>
 <body name="trunk" pos="0 0 .6"><joint type="slide" axis="0 0 1"/><geom name="trunk" size=".05" mass="5"/>

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import pickle
 import warnings
 from collections.abc import Callable
+from copy import deepcopy
 
 import numpy as np
 import pytest
@@ -30,6 +32,12 @@ def test_step_may_change_during_a_contact(client: int) -> None:
         p.setTimeStep(dt, client)
         step(callback, 3)
     assert velocities(client, body)[0][2] == pytest.approx(0.93, abs=5e-3)
+
+
+def test_it_is_not_copied_or_pickled_with_its_client(client: int) -> None:
+    for copy in (pickle.dumps, deepcopy):
+        with pytest.raises(TypeError, match="pickle what `save` returns"):
+            copy(ContactCallback(client))
 
 
 def test_substeps_are_refused(client: int) -> None:
