@@ -22,7 +22,7 @@ LOOKS: dict[str, dict[str, Any]] = LAW_STYLES | {
     "coulomb": {"color": "#b58900", "marker": "P"},
     "annuli": {"color": "#555555", "marker": "X"},
     "superposition": {"color": "#2f7f5f", "marker": "h"},
-    "collide": {"color": "#c44e00", "marker": "<"},
+    "collide": {"color": "#b0307a", "marker": "<"},
     "native": {"color": "#7a4fa3", "marker": "d"},
 }
 """Markers by family."""

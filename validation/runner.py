@@ -83,7 +83,7 @@ def draw(case: Case, result: Result, folder: Path) -> Path | None:
     from PIL import Image
 
     with Image.open(drawn) as image:  # drawings have few colours: a third of the bytes
-        few = image.convert("RGB").quantize(128)
+        few = image.convert("RGB").quantize(128, Image.Quantize.MAXCOVERAGE)
     with whole(path) as part:
         few.save(part, optimize=True)
     return path
