@@ -1,8 +1,8 @@
-"""Sleep: bodies of an island at rest stand still to the last bit, and cost nothing.
+"""Sleep: bodies at rest stand still to the last bit, and cost nothing.
 
-An island falls asleep when, within the duration of an impact, the present velocities and accelerations would move no
-contact of it by more than a tiny share of its overlap. It wakes when a body that is awake comes near, or when the user
-changes the velocity or acceleration of one of its bodies.
+Bodies that closed contacts connect fall asleep together when, within the duration of an impact, their velocities and
+accelerations would move none of these contacts by more than a tiny share of its overlap. They wake when a body that is
+awake touches them, or may do so in a window, or when the user changes the velocity or acceleration of one of them.
 """
 
 from contactlaw.jit import jit_inside
@@ -14,40 +14,54 @@ from contactlaw.world.data.access import body_at, contact_at, near_at, tree_at
 from contactlaw.world.data.call import address, call_on_island, call_with_body, call_with_vectors, ready
 from contactlaw.world.data.demand import SLEEP
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub
+from contactlaw.world.window import join, root_of
 
 POSITION_ROUNDING = 1.6e-14  # motion of a contact by rounding of positions in an impact's duration, over these
 SAME = 1e-12  # relative difference of accelerations that count as equal
+UNPRESSED, STILL, MOVING = range(3)  # values of `BODY.active` of the first body of what may sleep together
 
 
 @jit_inside
 def fall_asleep(w, bodies, pairs):
-    """Put an island to sleep if it is nearly still and its forces are in balance."""
-    if w.stillness != 0.0 and is_nearly_still(w, pairs, w.stillness, 1) and ready(w, SLEEP):
+    """Put those parts of an island to sleep that are nearly still and whose forces are in balance.
+
+    A part is what closed contacts connect. Bodies without contact, and what rolls or flies among others that are at
+    rest, are parts of their own.
+    """
+    if w.stillness == 0.0:
+        return
+    for i in range(bodies):
+        k = whole_at(w.island_bodies, i)
+        b = body_at(w.bodies, k)
+        b.island, b.active = k - b.member, UNPRESSED
+    for i in range(pairs):
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        if p.closed != 0:
+            join(w, p.body_a, p.body_b)
+    if find_still_parts(w, pairs, 1) and ready(w, SLEEP):
         call_on_island(address(w, SLEEP), w, bodies, pairs)
 
 
 def sleep_if_balanced(w, bodies, pairs):
-    """Put an island with hardly any velocity to sleep if its forces are in balance, and act on all its bodies."""
+    """Put those parts of an island to sleep that have hardly any velocity and whose forces are in balance."""
     for i in range(bodies):  # `shift` and `twist` are free between substeps: here they hold accelerations
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         store(b.shift, load(b.acceleration))
         store(b.twist, load(b.turning) if b.tree != 0 else spin_change(b, load(b.torque)))
-        b.active = 0
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
-        if p.closed != 0:
+        if p.closed != 0 and part_of(w, p).active == STILL:
             c = contact_at(w.contacts, p.slot)
             force, moment = load(c.force), moment_of(c)
             add_load(body_at(w.bodies, p.body_a), force, sub(cross(load(c.arm_a), force), moment))
             add_load(body_at(w.bodies, p.body_b), scale(-1.0, force), sub(moment, cross(load(c.arm_b), force)))
-    if not is_nearly_still(w, pairs, w.stillness, 2):
+    if not find_still_parts(w, pairs, 2):
         return
     for i in range(bodies):
-        b = body_at(w.bodies, whole_at(w.island_bodies, i))
-        if b.active == 0:
-            return
-    for i in range(bodies):
-        b = body_at(w.bodies, whole_at(w.island_bodies, i))
+        k = whole_at(w.island_bodies, i)
+        b = body_at(w.bodies, k)
+        if body_at(w.bodies, root_of(w, k)).active != STILL:
+            continue
         store(b.held, load(b.acceleration))
         store(b.velocity, ZERO)
         store(b.spin, ZERO)
@@ -59,24 +73,42 @@ def sleep_if_balanced(w, bodies, pairs):
 
 
 @jit_inside
-def is_nearly_still(w, pairs, share, order):
-    """Return whether closed contacts move by less than a share of their overlaps in an impact's duration; none: False.
+def find_still_parts(w, pairs, order):
+    """Mark those parts of an island as MOVING that have a contact that moves; return whether any is STILL.
 
-    order: 1, by the bodies' velocities; 2, by the accelerations in `shift` and `twist`.
+    `active` of a part's first body tells. order: see `moves`; 2: only parts that are STILL so far are looked at.
     """
     some = False
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed != 0:
-            some = True
-            c = contact_at(w.contacts, p.slot)
-            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            time = contact_duration(w, c, a, b)
-            rate = max_rate(a, norm(load(c.arm_a)), order) + max_rate(b, norm(load(c.arm_b)), order)
-            rounding = POSITION_ROUNDING * (norm(load(a.position)) + norm(load(b.position)))
-            if rate * time * (time if order == 2 else 1.0) > share * c.touch.overlap + rounding:
-                return False
+            part = part_of(w, p)
+            if part.active != MOVING:
+                part.active = MOVING if moves(w, p, order) else STILL
+    for i in range(pairs):
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        some = some or (p.closed != 0 and part_of(w, p).active == STILL)
     return some
+
+
+@jit_inside
+def part_of(w, p):
+    """Return the first body of the part that a closed pair belongs to."""
+    return body_at(w.bodies, root_of(w, p.body_a if body_at(w.bodies, p.body_a).still == 0 else p.body_b))
+
+
+@jit_inside
+def moves(w, p, order):
+    """Return whether a closed contact moves by more than a share of its overlap in an impact's duration.
+
+    order: 1, by the bodies' velocities; 2, by the accelerations in `shift` and `twist`.
+    """
+    c = contact_at(w.contacts, p.slot)
+    a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+    time = contact_duration(w, c, a, b)
+    rate = max_rate(a, norm(load(c.arm_a)), order) + max_rate(b, norm(load(c.arm_b)), order)
+    rounding = POSITION_ROUNDING * (norm(load(a.position)) + norm(load(b.position)))
+    return rate * time * (time if order == 2 else 1.0) > w.stillness * c.touch.overlap + rounding
 
 
 @jit_inside
@@ -109,20 +141,27 @@ def add_load(b, force, moment):
     elif b.still == 0:
         store(b.shift, axpy(b.inverse_mass, force, load(b.shift)))
         store(b.twist, add(load(b.twist), spin_change(b, moment)))
-        b.active = 1
 
 
 @jit_inside
-def wake(w, now):
-    """Wake all sleeping bodies of pairs that are active in the window that begins now [s]."""
+def wake(w, now, touched):
+    """Wake sleeping bodies of active pairs from a time of the step on [s]; return whether there were any.
+
+    touched: only those with a closed contact with a body that is awake.
+    """
+    some = False
     for k in range(w.nears):
         p = near_at(w.near, k)
-        if p.active != 0:
-            for i in (p.body_a, p.body_b):
-                b = body_at(w.bodies, i)
-                if b.asleep != 0:
-                    wake_body(b, now)
-                    settle(b)
+        if p.active != 0 and (p.closed != 0 or not touched):
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            if touched and a.still != 0 and b.still != 0:
+                continue
+            for one in (a, b):
+                if one.asleep != 0:
+                    wake_body(one, now)
+                    settle(one)
+                    some = True
+    return some
 
 
 @jit_inside

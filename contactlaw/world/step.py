@@ -200,8 +200,8 @@ def finish(w, dt):
         until = now + window
         if not dt - until > REMAINDER * window:
             until = dt
-        while activate(w, now, until):
-            wake(w, now)
+        while activate(w, now, until) and wake(w, now, False):
+            pass
         list_islands(w)
         for k in range(w.islands):
             integrate(w, whole_at(w.roots, k), now, until)

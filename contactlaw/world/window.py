@@ -116,7 +116,7 @@ def activate(w, now, until):
 
     now, until: start and end of the window [s]. Bodies of active pairs fly to its start and are joined into islands. An
     impact can throw a body against others, so bounds on changes of velocity spread along active pairs until no further
-    pair can close.
+    pair can close. They spread among sleeping bodies too, as if these were awake.
     """
     length, widest = until - now, 0.0
     for n in range(w.near_body_count):
@@ -138,12 +138,13 @@ def activate(w, now, until):
             if p.active == SETTLED:
                 continue
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            if is_left_out(a, b):
+            sleep = a.asleep != 0 and b.asleep != 0
+            if is_left_out(a, b) and not (sleep and a.delta_v + b.delta_v > 0.0):
                 continue
             if p.active != 0:
                 changed = bound_delta_v(w, p, a, b, length, enough) or changed
                 continue
-            if p.closed == 0 and (not first_pass or p.toi > until) and not may_close(w, p, now, until):
+            if p.closed == 0 and (not first_pass or sleep or p.toi > until) and not may_close(w, p, now, until):
                 continue
             p.active = 1 if transmits(a, b) else SETTLED
             fly(a, now)
@@ -302,7 +303,7 @@ def list_islands(w):
     w.islands = 0
     for k in range(w.nears - 1, -1, -1):
         p = near_at(w.near, k)
-        if p.active == 0:
+        if p.active == 0 or (body_at(w.bodies, p.body_a).still != 0 and body_at(w.bodies, p.body_b).still != 0):
             continue
         own = p.body_a if body_at(w.bodies, p.body_a).still == 0 else p.body_b
         root = root_of(w, own)

@@ -158,9 +158,13 @@ def is_steady(w, bodies, pairs):
 
 @jit_inside
 def changes_regime(w, pairs):
-    """Return whether a contact parts, or begins to stick after sliding or spinning as a whole."""
+    """Return whether a contact parts, touches what sleeps, or begins to stick after sliding or spinning as a whole."""
     for i in range(pairs):
         r = row_at(w.rows, i)
+        if r.fresh != 0:
+            c = contact_at(w.contacts, r.slot)
+            if body_at(w.bodies, c.body_a).asleep + body_at(w.bodies, c.body_b).asleep > 0:
+                return True
         if r.slot >= 0 and r.fresh == 0:
             c = contact_at(w.contacts, r.slot)
             start, now = saved_contact(w, r.slot).touch, c.touch

@@ -71,8 +71,8 @@ CONTRACTION = 0.1  # ratio of successive residuals up to which the factors of th
 def take_implicit_steps(w):
     """Take islands of persistent contacts through the step, each by one implicit step; return whether there are any."""
     for _ in range(2):
-        while activate(w, 0.0, w.step):
-            wake(w, 0.0)
+        while activate(w, 0.0, w.step) and wake(w, 0.0, True):
+            pass
         if w.age != AGED or not reaches_unlisted(w, w.step):
             break
         list_anew(w)

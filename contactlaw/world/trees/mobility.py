@@ -154,7 +154,6 @@ def add_accelerations(b, force, moment):
         turning, gain = response_of(t, i, x)
         store(one.twist, add(load(one.twist), turning))
         store(one.shift, add(load(one.shift), add(gain, cross(turning, sub(load(one.position), origin)))))
-        one.active = 1
 
 
 def stop(b):
