@@ -48,13 +48,16 @@ def sleep_if_balanced(w, bodies, pairs):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         store(b.shift, load(b.acceleration))
         store(b.twist, load(b.turning) if b.tree != 0 else spin_change(b, load(b.torque)))
+        b.square_rate = 0.0
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed != 0 and part_of(w, p).active == STILL:
-            c = contact_at(w.contacts, p.slot)
+            c, a, b = contact_at(w.contacts, p.slot), body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             force, moment = load(c.force), moment_of(c)
-            add_load(body_at(w.bodies, p.body_a), force, sub(cross(load(c.arm_a), force), moment))
-            add_load(body_at(w.bodies, p.body_b), scale(-1.0, force), sub(moment, cross(load(c.arm_b), force)))
+            add_load(a, force, sub(cross(load(c.arm_a), force), moment))
+            add_load(b, scale(-1.0, force), sub(moment, cross(load(c.arm_b), force)))
+            rate = contact_duration(w, c, a, b) ** -2
+            a.square_rate, b.square_rate = max(a.square_rate, rate), max(b.square_rate, rate)
     if not find_still_parts(w, pairs, 2):
         return
     for i in range(bodies):
@@ -101,36 +104,37 @@ def part_of(w, p):
 def moves(w, p, order):
     """Return whether a closed contact moves by more than a share of its overlap in an impact's duration.
 
-    order: 1, by the bodies' velocities; 2, by the accelerations in `shift` and `twist`.
+    order: 1, by the bodies' velocities; 2, by the accelerations in `shift` and `twist`. An acceleration acts for an
+    impact of the body's stiffest contact, which then returns it: so rounding there does not count in a weak contact.
     """
     c = contact_at(w.contacts, p.slot)
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     time = contact_duration(w, c, a, b)
-    rate = max_rate(a, norm(load(c.arm_a)), order) + max_rate(b, norm(load(c.arm_b)), order)
+    way = greatest_way(a, norm(load(c.arm_a)), time, order) + greatest_way(b, norm(load(c.arm_b)), time, order)
     rounding = POSITION_ROUNDING * (norm(load(a.position)) + norm(load(b.position)))
-    return rate * time * (time if order == 2 else 1.0) > w.stillness * c.touch.overlap + rounding
+    return way > w.stillness * c.touch.overlap + rounding
 
 
 @jit_inside
-def max_rate(b, arm, order):
-    """Return a bound on the speed or acceleration of a point `arm` [m] from a body's centre of mass.
+def greatest_way(b, arm, time, order):
+    """Return a bound on how far [m] a point `arm` [m] from a body's centre of mass moves in a time [s].
 
-    In a tree that of all its bodies. order: as for `is_nearly_still`.
+    In a tree that of all its bodies. order: as for `moves`.
     """
-    out = max_rate_of_one(b, arm, order)
+    out = way_of_one(b, arm, time, order)
     if b.tree != 0:
         t = tree_at(b.tree, 0)
         for i in range(t.count):
-            out = max(out, max_rate_of_one(body_at(t.bodies, i), arm, order))
+            out = max(out, way_of_one(body_at(t.bodies, i), arm, time, order))
     return out
 
 
 @jit_inside
-def max_rate_of_one(b, arm, order):
-    """Return `max_rate` of a single body."""
+def way_of_one(b, arm, time, order):
+    """Return `greatest_way` of a single body."""
     if order == 2:
-        return norm(load(b.shift)) + norm(load(b.twist)) * arm
-    return norm(load(b.velocity)) + norm(load(b.spin)) * arm
+        return (norm(load(b.shift)) + norm(load(b.twist)) * arm) * min(time * time, 1.0 / b.square_rate)
+    return (norm(load(b.velocity)) + norm(load(b.spin)) * arm) * time
 
 
 @jit_inside

@@ -310,3 +310,19 @@ def test_the_error_falls_with_the_square_of_the_substeps(make: Make) -> None:
         off[substeps] = np.array([miss(world, pair, 0.5, phase=phase)[0] for phase in np.arange(8) / 8])
     coarse, medium = (np.sqrt(np.mean((off[n] - off[3000].mean()) ** 2)) for n in (20, 80))
     assert np.log(coarse / medium) / np.log(4.0) > 1.5
+
+
+def test_what_rolls_by_does_not_keep_awake(make: Make) -> None:
+    """It rolls at 20 um from a ball that stands, without any loss."""
+    world, low, speed = make(LONG, (0.0, 0.0, -GRAVITY)), RADIUS - 1e-7, 1e-3
+    world.plane("floor")
+    world.ball("stands", RADIUS, MASS, [0.0, 0.0, low])
+    world.ball("rolls", RADIUS, MASS, [-1e-4, 2.0 * RADIUS + 2e-5, low], [speed, 0.0, 0.0], [0.0, speed / RADIUS, 0.0])
+    world.contact(["stands", "rolls"], ["stands", "rolls", "floor"], pair_of(restitution=0.5))
+    world.start()
+    world.step(50)
+    before = world.read()
+    world.step(50)
+    after = world.read()
+    assert np.array_equal(before.position[0], after.position[0]) and not after.velocity[0].any()
+    assert not after.spin[0].any() and after.velocity[1] == pytest.approx([speed, 0.0, 0.0], rel=1e-6, abs=1e-9)

@@ -176,6 +176,19 @@ def test_sleepers_go_on_to_the_bit(timestep: float) -> None:
 
 
 @pytest.mark.heavy
+def test_a_sleeper_that_a_slow_roller_comes_to_goes_on_to_the_bit() -> None:
+    """It sleeps on until it is touched, also where that is set back, and long implicit steps look ahead."""
+
+    def make() -> World:
+        z, speed = RADIUS - 4e-8, 1e-4
+        return balls(steel_pair(restitution=0.5), [[0, 0, z], [-2.0 * RADIUS - 1e-5, 0, z]], [[0, 0, 0], [speed, 0, 0]],
+                     [[0, 0, 0], [0, speed / RADIUS, 0]], planes=[FLOOR], gravity=9.81, timestep=2e-3)  # fmt: skip
+
+    assert goes_on(make, 35, 5) == (2, 1)
+    assert goes_on(make, 35, 40)[1] == 0
+
+
+@pytest.mark.heavy
 @pytest.mark.parametrize(("timestep", "steps", "draws"), [(1e-5, 200, 1), (2e-3, 40, 6)])
 @pytest.mark.parametrize("kind", ["crossing capsules", "capsule on edges", "free box"])
 def test_bodies_that_tumble_go_on_to_the_bit(kind: str, timestep: float, steps: int, draws: int) -> None:

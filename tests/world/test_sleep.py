@@ -1,0 +1,63 @@
+"""Which bodies sleep: what touches sleeps together, and what only passes by disturbs nobody."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from contactlaw.world import World
+from sims.heap import poured
+from sims.scene import NONE, Settings
+from tests.world.world_scenes import FLOOR, RADIUS, balls, steel_pair
+
+LOW = RADIUS - 3.60201647e-7  # [m] height at which a ball rests on the floor
+
+
+def sleeper_and_roller(timestep: float, place: tuple[float, float], speed: float) -> World:
+    """A ball that stands on a floor, and one beside it, at x and y [m], that rolls along x [m/s]."""
+    world = balls(steel_pair(restitution=0.5), [[0.0, 0.0, LOW], [*place, LOW]], [[0.0, 0.0, 0.0], [speed, 0.0, 0.0]],
+                  planes=[FLOOR], gravity=9.81, timestep=timestep)  # fmt: skip
+    world.place(1, spin=(0.0, speed / RADIUS, 0.0))
+    return world
+
+
+@pytest.mark.parametrize(("timestep", "speed", "gap"), [(2e-3, 1e-3, 2e-5), (2e-5, 1e-2, 2e-6)])
+def test_what_rolls_by_neither_keeps_awake_nor_wakes(timestep: float, speed: float, gap: float) -> None:
+    """So close that a bounce would reach the sleeper within a step, and without any loss."""
+    world = sleeper_and_roller(timestep, (-500.0 * speed * timestep, 2.0 * RADIUS + gap), speed)
+    world.step(100)
+    before = world.save()
+    assert world.asleep.tolist() == [True, False]
+    for _ in range(90):
+        world.step(10)
+        assert world.asleep.tolist() == [True, False]
+    for name in ("position", "velocity", "quaternion", "spin"):
+        np.testing.assert_array_equal(world.arrays.bodies[name][1], before.bodies[name][1])
+    assert world.velocity[1] == pytest.approx([speed, 0.0, 0.0], rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize("speed", [1e-4, 1e-2])
+def test_what_it_rolls_against_wakes(speed: float) -> None:
+    """And not before; no energy comes from nothing."""
+    world = sleeper_and_roller(2e-3, (-2.0 * RADIUS - 0.1 * speed, 0.0), speed)
+    world.step()
+    energy, woken = world.energy.total, False
+    for k in range(1, 100):
+        world.step()
+        assert world.energy.total <= energy * (1.0 + 1e-12)
+        energy = world.energy.total
+        woken = woken or (k > 40 and not world.asleep[0])
+        assert abs(k - 50) < 3 or woken == (k > 50)  # it touches after 0.1 s
+    assert 0.8 * speed > world.velocity[0, 0] > world.velocity[1, 0] > 0.1 * speed
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("seed", [0, 2])
+def test_a_heap_sleeps_but_for_what_rolls_freely(seed: int) -> None:
+    """In two seconds; a ball that rolls on the floor alone goes on for ever."""
+    made = poured(Settings(NONE, timestep=2e-3), 64, seed=seed)
+    made.start()
+    made.step(1000)
+    closed = made.world.contacts[made.world.contacts["closed"]]
+    touching = np.bincount(closed["bodies"][closed["bodies"] >= 0], minlength=64)
+    assert (made.world.asleep | (touching == 1)).all() and made.world.asleep.sum() >= 62
