@@ -130,8 +130,11 @@ def list_cores(w, i, j, margin):
     if k < 0:
         return
     g = guard_at(w.guards, k)
+    if hinge_separates(w, g):  # this costs less than to find where both are nearest
+        drop_guard(w)
+        return
     n, low, high = separate(w, g, ZERO)
-    if low - high > margin or hinge_separates(w, g):
+    if low - high > margin:
         drop_guard(w)
     else:
         list_by_parts(w, k, n, low, high)
