@@ -17,6 +17,7 @@ from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 from contactlaw.jit import jit_inside
 from contactlaw.laws.record import LASTING, OPEN, PRESSED, SPUN, UNSHEARED
 from contactlaw.memory import doubles_at, set_whole, whole_at
+from contactlaw.world.contacts.pace import share_of
 from contactlaw.world.contacts.touch import add_to_ledger, has_parted
 from contactlaw.world.data.access import axis_at, body_at, contact_at, link_at, near_at, pair_at, shape_at, tree_at
 from contactlaw.world.data.materials import friction_of, law_of, memory_of
@@ -222,7 +223,6 @@ def restore_contact(w, c, a, b):
     sa, sb = shape_at(w.shapes, a), shape_at(w.shapes, b)
     pair = pair_of(w, a, b)
     t, law, own = c.touch, law_of(w, pair_at(w.pairs, pair)), pair_at(w.pairs, pair).radius
-    t.e_star, t.g_star = law.e_star, law.g_star
     if law.speeds == 0.0:
         mu = friction_of(pair_at(w.pairs, pair), sa, sb)
         if t.mu != mu:  # the user has changed it since
@@ -230,6 +230,7 @@ def restore_contact(w, c, a, b):
         t.mu, t.zeta = mu, law.zeta
     t.friction = max(min(t.friction, t.mu), 0.0)  # less than mu where the contact spins
     t.radius = own if own > 0.0 else t.radius
+    t.e_star, t.g_star = share_of(t, sa, sb) * law.e_star, share_of(t, sa, sb) * law.g_star
     both = sa.radius + sb.radius
     arms = is_possible_arm(body_at(w.bodies, sa.body), load(c.arm_a), both)
     arms = arms and is_possible_arm(body_at(w.bodies, sb.body), load(c.arm_b), both)

@@ -9,7 +9,7 @@ from contactlaw.jit import jit
 from contactlaw.world import World
 from contactlaw.world.data.access import body_at, shape_at
 from contactlaw.world.data.frames import matrix_of
-from contactlaw.world.shapes.geometry import effective_radius, meet
+from contactlaw.world.shapes.geometry import BACK, effective_radius, meet
 from contactlaw.world.shapes.gjk import cell_of
 from contactlaw.world.shapes.hulls import by_direction, convex_hull, core_of
 from tests.world.long_shapes import sphere
@@ -181,7 +181,7 @@ def test_two_hulls_meet_where_no_plane_parts_them_further() -> None:
         gap = (second @ normal).min() - (first @ normal).max()
         if gap > 1e-3:
             found += 1
-            assert overlap == pytest.approx(0.02 * 0.98 - gap, abs=1e-12)
+            assert overlap == pytest.approx(0.02 * (1.0 - BACK) - gap, abs=1e-12)
             assert radius == pytest.approx(0.01)
             np.testing.assert_allclose(world.position[1] + arm_a, world.position[0] + arm_b, rtol=0, atol=1e-14)
     assert found > 60

@@ -7,6 +7,7 @@ from contactlaw.laws.hertz import hertz_stiffness
 from contactlaw.world.bodies.motion import closing_at, decay, mobility_between
 from contactlaw.world.contacts.force import is_quasi_static
 from contactlaw.world.data.access import body_at, contact_at, pair_at, shape_at, tree_at
+from contactlaw.world.data.kinds import CYLINDER, EDGE
 from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import cross, dot, load, norm, sub
@@ -51,6 +52,16 @@ def radius_of(w, p, a, b):
         return own, (0.0, 0.0, 0.0)
     sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
     return effective_radius(sa, a, sb, b)
+
+
+@jit_inside
+def share_of(t, sa, sb):
+    """Return the share of a contact's stiffness and mass that shape A carries of it.
+
+    Where edges of two boxes or hulls cross, each of both meets the other core, at one point. An edge that lies on the
+    face of a hull, with a crown of metres for its radius, does not.
+    """
+    return 0.5 if sa.kind == EDGE and sb.kind != CYLINDER and t.radius <= max(sa.radius, sb.radius) else 1.0
 
 
 @jit_inside
@@ -184,7 +195,7 @@ def add_square_rate(w, p):
 
 
 @jit_inside
-def update_masses(c, a, b):
+def update_masses(w, c, a, b):
     """Set the effective masses [kg] along the normal and across, the latter for the mean mobility of both tangents.
 
     Where joints prevent all motion along the normal, that mass is infinite, and so is the damper, which acts as soon
@@ -193,5 +204,6 @@ def update_masses(c, a, b):
     n, e = load(c.normal), load(c.tangent)
     arm_a, arm_b = load(c.arm_a), load(c.arm_b)
     both = mobility_between(a, arm_a, b, arm_b, e) + mobility_between(a, arm_a, b, arm_b, cross(n, e))
-    c.touch.tangential_mass = 2.0 / both
-    c.touch.mass = 1.0 / max(mobility_between(a, arm_a, b, arm_b, n), 0.5 * MASS_TURN * MASS_TURN * both)
+    share = share_of(c.touch, shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b))
+    c.touch.tangential_mass = 2.0 * share / both
+    c.touch.mass = share / max(mobility_between(a, arm_a, b, arm_b, n), 0.5 * MASS_TURN * MASS_TURN * both)

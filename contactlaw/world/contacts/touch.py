@@ -12,26 +12,31 @@ from contactlaw.pair import DEEPEST
 from contactlaw.world.bodies.motion import JUMP, kick, moved_at, velocity_at
 from contactlaw.world.contacts import force
 from contactlaw.world.contacts.ends import damped_end, elastic_end
-from contactlaw.world.contacts.pace import MASS_TURN, radius_of, update_masses
+from contactlaw.world.contacts.pace import MASS_TURN, radius_of, share_of, update_masses
 from contactlaw.world.contacts.rolling import moment_of, update_rolled
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, pair_at, shape_at
 from contactlaw.world.data.call import address, ask_separation, call_roll, ready
 from contactlaw.world.data.demand import ROLL
-from contactlaw.world.data.kinds import BOX, DISC, ELLIPSOID
+from contactlaw.world.data.kinds import BOX, DISC, EDGE, ELLIPSOID
 from contactlaw.world.data.materials import friction_of, law_of, memory_of, speed_numbers
 from contactlaw.world.data.quaternion import rotate
 from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED, RESIZED
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub, tangent
+from contactlaw.world.shapes.core import set_back
 from contactlaw.world.shapes.geometry import (
     BACK,
     SUNK,
+    centre,
+    half_axis,
     is_ignored,
+    lies_over_face,
     max_overlap,
     meet,
     meet_near,
     overlap_of_cores,
     set_initial_overlap,
 )
+from contactlaw.world.shapes.segments import clip
 from contactlaw.world.trees.mobility import clear
 
 # [rad] up to which the tangent turns by the first term of the series x, and is normalised by that of a root: its square
@@ -47,7 +52,7 @@ def begin_contact(w, k, overlap):
     The overlap is positive if the pair overlaps already when it is first looked at. If it exceeds
     `initial_overlap_limit`, the user has built or moved the shapes into each other: if the pair is relaxed, this
     initial overlap counts as none from then on. It shrinks with the overlap while the contact is open and never grows,
-    so that it gives no energy.
+    so that it gives no energy. The same holds for an edge over a face, listed as it comes to the face's border.
     """
     q = near_at(w.near, k)
     if q.slot < 0:
@@ -67,6 +72,8 @@ def begin_contact(w, k, overlap):
     a, b = body_at(w.bodies, q.body_a), body_at(w.bodies, q.body_b)
     radius, along = radius_of(w, q, a, b)
     reset(t, law, radius)
+    share = share_of(t, shape_at(w.shapes, q.a), shape_at(w.shapes, q.b))
+    t.e_star, t.g_star, t.stiffness = share * t.e_star, share * t.g_star, share * t.stiffness
     clear(memory_of(w, q.slot))  # else what the last contact here left would show in saved states
     t.mu = friction_of(pair_at(w.pairs, q.pair), shape_at(w.shapes, q.a), shape_at(w.shapes, q.b))
     t.friction = t.mu
@@ -82,8 +89,9 @@ def begin_contact(w, k, overlap):
     clear_torsion(c.torsion)
     c.pending_twist, c.twist_overlap, c.coasted_from = 0.0, 0.0, 0.0
     c.bend[0], c.bend[1], c.bending[0], c.bending[1] = 0.0, 0.0, 0.0, 0.0
-    update_masses(c, a, b)
-    if pair_at(w.pairs, q.pair).relaxed != 0 and overlap > initial_overlap_limit(w, c):
+    update_masses(w, c, a, b)
+    deep = pair_at(w.pairs, q.pair).relaxed != 0 and overlap > initial_overlap_limit(w, c)
+    if deep or (overlap > 0.0 and lies_over_face(shape_at(w.shapes, q.a), a, shape_at(w.shapes, q.b), b, 0.0)):
         c.initial_overlap, overlap = set_initial_overlap(w, q, c.initial_overlap + overlap), 0.0
     t.overlap, t.before = overlap, overlap
     slide = sub(velocity_at(a, arm_a), velocity_at(b, arm_b))
@@ -105,7 +113,7 @@ def initial_overlap_limit(w, c):
     """Return the overlap [m] at first contact above which it cannot come from motion; zero after shapes were resized.
 
     Above it Hertz's theory does not hold, or the elastic energy would accelerate the bodies to more than JUMP. The
-    radius of shape A counts too: the effective radius of crowned edges is metres.
+    radius of shape A counts too: the effective radius of a capsule's crowned side is metres.
     """
     s, t = shape_at(w.shapes, c.shape_a), c.touch
     least = min(s.radius, t.radius) if s.radius > 0.0 else t.radius
@@ -247,29 +255,42 @@ def turn_frame(c, n, twist):
 
 @jit_inline
 def meet_contact(c, sa, a, sb, b):
-    """Return `geometry.meet` for a closed contact, whose last overlap and normal are known.
+    """Return `geometry.meet` for a closed contact, whose last overlap and normal are known."""
+    found = meet(sa, a, sb, b)
+    if sb.separation == 0 or sb.kind == ELLIPSOID or not found[0] > 0.5 * overlap_of_cores(sa, sb):
+        return found
+    return meet_sunk(c, sa, a, sb, b, found)
 
-    Where cores overlap, the normal of least depth may jump, and a jump could add energy. The last normal is kept
-    instead, fixed to B: the overlap is then the height of B's highest point along it above A's lowest. This begins as
-    the cores touch. After they part, the true overlap is at most that along the kept normal, so no energy is gained.
-    Shapes that overlapped at first contact have no such normal: it is not used where the overlap would exceed the last
-    one, or `max_overlap`, by more than the surfaces have moved.
+
+@jit_inside
+def meet_sunk(c, sa, a, sb, b, found):
+    """Return `geometry.meet` where cores may overlap; found: what it gives now.
+
+    There, the normal of least depth may jump, and a jump could add energy. The last normal is kept instead, fixed to B:
+    the overlap is then the height of B's highest point along it above A's lowest. This begins as the cores touch. After
+    they part, the true overlap is at most that along the kept normal, so no energy is gained. Shapes that overlapped at
+    first contact have no such normal: it is not used where the overlap would exceed the last one, or `max_overlap`, by
+    more than the surfaces have moved.
     """
-    overlap, n, arm_a, arm_b = meet(sa, a, sb, b)
-    if sb.separation != 0 and sb.kind != ELLIPSOID:
-        if sa.kind == ELLIPSOID:
-            most, where, swept = overlap_of_cores(sa, sb), sa.separation, sb.radius
-        else:
-            most, where = max_overlap(sa, sb), sb.separation
-            swept = most if sa.kind < BOX else (1.0 - BACK) * most
-        if overlap > SUNK * most:
-            held = rotate(load(b.twist), load(c.normal))
-            held, low, high, lowest = ask_separation(where, sa, a, sb, b, held)
-            deeper = high - low + swept
-            if deeper <= max(c.touch.overlap + c.initial_overlap, most) + a.next_path + b.next_path:
-                overlap, n, arm_a = deeper, held, lowest
-                arm_b = add(arm_a, sub(load(a.position), load(b.position)))
-    return overlap, n, arm_a, arm_b
+    if sa.kind == ELLIPSOID:
+        most, where, swept = overlap_of_cores(sa, sb), sa.separation, sb.radius
+        least = most
+    else:
+        most, where = max_overlap(sa, sb), sb.separation
+        swept = most if sa.kind < BOX else (1.0 - BACK) * most
+        if sa.kind == EDGE:
+            u = half_axis(sa, a)
+            back, _, _ = set_back(sa, u, clip(dot(sub(load(c.arm_a), centre(sa, a)), u) / dot(u, u)))
+            swept -= back
+        least = swept
+    if not found[0] > SUNK * least:
+        return found
+    held = rotate(load(b.twist), load(c.normal))
+    held, low, high, lowest = ask_separation(where, sa, a, sb, b, held)
+    deeper = high - low + swept
+    if deeper > max(c.touch.overlap + c.initial_overlap, most) + a.next_path + b.next_path:
+        return found
+    return deeper, held, lowest, add(lowest, sub(load(a.position), load(b.position)))
 
 
 @jit_inline
@@ -288,7 +309,7 @@ def measure(w, c, a, b):
     store(c.arm_a, arm_a)
     store(c.arm_b, arm_b)
     if n != old and dot(n, old) < 1.0 - 0.5 * MASS_TURN * MASS_TURN:
-        update_masses(c, a, b)
+        update_masses(w, c, a, b)
     e = load(c.tangent)
     f = cross(n, e)
     store(c.moved, (dot(moved, e), dot(moved, f), force.twist_of(c, a, b)))

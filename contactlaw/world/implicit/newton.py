@@ -39,7 +39,7 @@ from contactlaw.world.implicit.equations import (
     matrix,
     vector_of,
 )
-from contactlaw.world.shapes.core import CROWN
+from contactlaw.world.shapes.core import set_back
 from contactlaw.world.shapes.geometry import centre, half_axis, meet_near
 from contactlaw.world.trees.kinematics import vector
 
@@ -276,9 +276,10 @@ def crown_over_face(sa, a, sb, b, c):
     """
     u, n = half_axis(sa, a), to_body(sb.axes, to_body(b.axes, load(c.normal)))
     square = dot(u, u)
-    inside = abs(dot(sub(load(c.arm_a), centre(sa, a)), u)) < INSIDE * square
+    at = dot(sub(load(c.arm_a), centre(sa, a)), u) / square
     flat = max(abs(n[0]), abs(n[1]), abs(n[2])) > INSIDE
-    return scale(1.0 / sqrt(square), u), square / (2.0 * CROWN * sa.radius) if inside and flat else 0.0
+    _, _, growth = set_back(sa, u, at)
+    return scale(1.0 / sqrt(square), u), square / growth if abs(at) < INSIDE and flat else 0.0
 
 
 @jit_inside

@@ -19,7 +19,6 @@ from contactlaw.world.data.access import (
     shape_at,
     tree_at,
 )
-from contactlaw.world.data.call import ask_over_face
 from contactlaw.world.data.kinds import (
     BOX,
     CORNER,
@@ -38,7 +37,7 @@ from contactlaw.world.data.kinds import (
 from contactlaw.world.data.records import CLOSED, FREE_JOINT, HINGE, NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body
 from contactlaw.world.near.guards import drop_guard, lead_of, new_guard, parts_margin, separate
-from contactlaw.world.shapes.geometry import IGNORED, OF_FACE, centre, function_for, half_axis, is_ignored, meet
+from contactlaw.world.shapes.geometry import IGNORED, centre, half_axis, is_ignored, lies_over_face, meet
 from contactlaw.world.shapes.segments import clip
 
 
@@ -131,8 +130,11 @@ def list_cores(w, i, j, margin):
     if k < 0:
         return
     g = guard_at(w.guards, k)
+    if hinge_separates(w, g):  # this costs less than to find where both are nearest
+        drop_guard(w)
+        return
     n, low, high = separate(w, g, ZERO)
-    if low - high > margin or hinge_separates(w, g):
+    if low - high > margin:
         drop_guard(w)
     else:
         list_by_parts(w, k, n, low, high)
@@ -258,7 +260,7 @@ def list_parts(w, shapes, n, top, listing):
         twice = s.kind == SIDE and s.body < other.body  # two sides meet once
         near = gap <= margin and meets(s.kind, other.kind) and not twice
         near = near and distance_bound(sub(to, centre(s, body)), half_axis(s, body), s) <= far
-        if near and not lies_over_face(w, s, other, margin):
+        if near and not lies_over_face(s, body, other, body_at(w.bodies, other.body), margin):
             add_near(w, k, j, guard, gap + counted)
         k = s.next
 
@@ -272,16 +274,6 @@ def distance_bound(d, u, s):
     if s.kind == EDGE:
         d = axpy(-clip(dot(d, u) / dot(u, u)), u, d)
     return norm(d) - s.radius - (0.0 if s.kind == EDGE else norm(u))
-
-
-@jit_inside
-def lies_over_face(w, sa, sb, margin):
-    """Return whether shape A is an edge that lies over one face of a box B, see `core.lies_over_face`."""
-    if sa.kind != EDGE or sb.kind != BOX:
-        return False
-    a, b = body_at(w.bodies, sa.body), body_at(w.bodies, sb.body)
-    d = add(sub(load(a.position), load(b.position)), sub(centre(sa, a), centre(sb, b)))
-    return ask_over_face(function_for(sa, sb, OF_FACE), d, half_axis(sa, a), margin, sb, b)
 
 
 @jit_inside

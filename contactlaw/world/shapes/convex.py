@@ -32,6 +32,8 @@ def radius(sa, a, sb, b):
     if sa.kind == SEGMENT or sa.kind == EDGE:
         u = to_world(a.axes, load(sa.half))
         at, _, (_, count, e, _) = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b))
+        if sa.kind == EDGE and count < 3.0:
+            return sqrt(sa.radius * sb.radius), ZERO
     else:
         _, _, corners, e = nearest(sa, a, sb, b, ZERO)
         count = float(corners)

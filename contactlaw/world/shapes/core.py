@@ -4,16 +4,18 @@ For spheres and capsules the edges of a core are sharp. For edges, rims and side
 core's own radius: the distance is that from a core smaller by this radius all around, less the radius.
 """
 
-from math import sqrt
+from math import copysign, sqrt
 
 from contactlaw.jit import jit_inside
 from contactlaw.world.data.call import ask_nearest
-from contactlaw.world.data.kinds import BOX, HULL
+from contactlaw.world.data.kinds import BOX, EDGE, HULL
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, norm, scale, to_body, to_world
 from contactlaw.world.shapes.segments import clip
 
 ITERATIONS = 60  # of Newton's method, which ends on the right piece of the slope; guarded by bisection
 CROWN = 0.01  # of the radius, by which sides, edges and discs are lower at their middle, and again at their ends
+FALL = 0.1  # of the radius, by which an edge falls off towards a corner: as deep as Hertz's theory holds
+FALL_LENGTH = 2.0  # of the radius, from the corner, within which it does
 LEAST = 1e-9  # [m] least distance from a core in quotients
 NOWHERE = ZERO, 0.0, ZERO, (ZERO, ZERO, ZERO)
 CONVERGED, CONVERGED_ON_HULL = (
@@ -138,28 +140,45 @@ def lies_over_face(d, u, margin, s, b):
 
 
 @jit_inside
+def set_back(s, u, at):
+    """Return by how much a side or an edge is set back at a place of its half axis u [m], its slope, and that's slope.
+
+    An edge ends where the sphere of a corner begins: near its ends it falls off, so that the corner carries alone.
+    """
+    back, slope, growth = CROWN * (1.0 + at * at), 2.0 * CROWN * at, 2.0 * CROWN
+    if s.kind == EDGE:
+        share = min(FALL_LENGTH * s.radius / norm(u), 1.0)
+        beyond = abs(at) - 1.0 + share
+        if beyond > 0.0:
+            k = FALL / (share * share)
+            back, slope, growth = back + k * beyond * beyond, slope + copysign(2.0 * k * beyond, at), growth + 2.0 * k
+    return s.radius * back, s.radius * slope, s.radius * growth
+
+
+@jit_inside
 def deepest_on_line(d, u, rounding, shapes):
     """Find the deepest point of a capsule's side, or of a core's edge, in a core.
 
     Returns its place -1..1 along the half axis u, its radius [m], and the result of `excess_at` there.
 
     d: from the core's centre to the segment's middle, world frame. shapes: as for `excess_at`. On a face a capsule lies
-    on its ends and a box on its corners; sides and edges meet edges. They are crowned, r(s) = R (1 - CROWN (1 + s^2)),
-    so that they do not share the load of the ends, and so that the deepest point is unique and moves continuously: it
-    is the minimum of D + CROWN R s^2, the root of the slope of D^2/2 + CROWN R D s^2 with the distance D held. This
-    slope grows with s, and on cores with flat faces is almost piecewise linear.
+    on its ends and a box on its corners; sides and edges meet edges. They are set back by c(s), see `set_back`, so that
+    they do not share the load of the ends, and so that the deepest point is unique and moves continuously: it is the
+    minimum of D + c, at distance D, the root of D (D' + c') = e.q + D c', e being the excess and q half the axis. That
+    grows with s by q.Hq + D c'' + c' e.q/D, and on cores with flat faces is almost piecewise linear.
     """
-    s, b, radius = shapes[2], shapes[3], shapes[0].radius
+    own, s, b = shapes[0], shapes[2], shapes[3]
     p, q, same = d, u, CONVERGED_ON_HULL
     if s.kind != HULL:
         p, q, same = local(d, s, b), local(u, s, b), CONVERGED
-    crown = 2.0 * CROWN * radius
-    low, high, at, found = -2.0, 2.0, 0.0, NOWHERE
+    low, high, at, back, found = -2.0, 2.0, 0.0, 0.0, NOWHERE
     for _ in range(ITERATIONS):
         found = excess_at(p, scale(at, q), rounding, shapes, found)
         e, count, other, _ = found
-        k = crown * max(norm(e), LEAST)
-        value, slope = k * at + dot(e, q), k + dot(change_of(e, count, other, q, rounding, s), q)
+        back, falls, growth = set_back(own, u, at)
+        far, along = max(norm(e), LEAST), dot(e, q)
+        value = far * falls + along
+        slope = far * growth + falls * along / far + dot(change_of(e, count, other, q, rounding, s), q)
         if value == 0.0:  # the whole line is inside
             break
         if value > 0.0:
@@ -172,4 +191,4 @@ def deepest_on_line(d, u, rounding, shapes):
         if abs(new - at) <= same:
             break
         at = new
-    return at, radius * (1.0 - CROWN * (1.0 + at * at)), found
+    return at, own.radius - back, found

@@ -5,13 +5,25 @@ from numba import types
 from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.data.access import shape_at
-from contactlaw.world.data.call import ask_deepest, ask_meeting, ask_radius
-from contactlaw.world.data.kinds import BOX, CYLINDER, DISC, ELLIPSOID, HEIGHT_FIELD, HULL, PLANE, SEGMENT, SIDE, SPHERE
+from contactlaw.world.data.call import ask_deepest, ask_meeting, ask_over_face, ask_radius
+from contactlaw.world.data.kinds import (
+    BOX,
+    CYLINDER,
+    DISC,
+    EDGE,
+    ELLIPSOID,
+    HEIGHT_FIELD,
+    HULL,
+    PLANE,
+    SEGMENT,
+    SIDE,
+    SPHERE,
+)
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import add, axpy, dot, load, norm, scale, sub, to_world
 
-BACK = 0.02  # of the sum of radii, by which the contact of two cores is set back behind that of corners and edges
-SUNK = 0.975  # share of `max_overlap` from which cores may touch, as crowns and BACK shorten it
+BACK = 0.05  # of the sum of radii, by which the contact of two cores is set back behind that of corners and edges
+SUNK = 0.975  # share of `max_overlap`, less what sets back, from which cores may touch: crowns shorten it
 IGNORED = 1e9  # [m] initial overlap of an ignored pair, more than any shapes overlap
 OF_MEETING, OF_RADIUS, OF_TIME, OF_FACE = range(4)  # places in `swept.TABLE`
 
@@ -103,7 +115,7 @@ def is_ignored(p):
 def set_initial_overlap(w, p, overlap):
     """Let `overlap` [m] of a pair count as none, or all overlap if it is too deep for a contact; returns the result."""
     most = max_overlap(shape_at(w.shapes, p.a), shape_at(w.shapes, p.b))
-    p.initial_overlap = IGNORED if overlap >= SUNK * most else overlap
+    p.initial_overlap = IGNORED if overlap >= SUNK * (1.0 - BACK) * most else overlap
     return p.initial_overlap
 
 
@@ -123,6 +135,15 @@ def half_axis(s, b):
     if s.kind < SEGMENT:
         return 0.0, 0.0, 0.0
     return to_world(b.axes, load(s.half))
+
+
+@jit_inside
+def lies_over_face(sa, a, sb, b, margin):
+    """Return whether shape A is an edge that lies over one face of a box B, see `core.lies_over_face`."""
+    if sa.kind != EDGE or sb.kind != BOX:
+        return False
+    d = add(sub(load(a.position), load(b.position)), sub(centre(sa, a), centre(sb, b)))
+    return ask_over_face(function_for(sa, sb, OF_FACE), d, half_axis(sa, a), margin, sb, b)
 
 
 @jit_inside
