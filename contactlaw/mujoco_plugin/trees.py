@@ -46,7 +46,7 @@ from contactlaw.world.near.passing import find_passing
 from contactlaw.world.state import forget_motion_of
 from contactlaw.world.trees.dynamics import mobility_along, solve_ld, solve_lt
 from contactlaw.world.trees.kinematics import vector
-from contactlaw.world.trees.mobility import clear, copy
+from contactlaw.world.trees.mobility import clear, copy, leave_placed
 
 FIND, MOVE, READ, WRITE = range(4)
 """Stages of a step, see `serve`."""
@@ -204,6 +204,7 @@ def read_tree(head, j, t):
     f, v, damping = vector(t.f, n), vector(t.v, n), vector(t.d, (n, n))
     coordinates, velocities = places_in(head, head.start)
     store(t.gravity, load(head.gravity))
+    t.coupled = 0
     gather(head, coordinates, j.q, vector(t.q, t.q_size))
     gather(head, places_in(head, last_state(head))[1], j.v, vector(t.v_f, n))
     clear(v)
@@ -217,6 +218,8 @@ def read_tree(head, j, t):
             damping[i, p] = 0.0
             if other == carrier:
                 damping[i, p] = -number(d.qDeriv, entries)
+                if other != i and damping[i, p] != 0.0:
+                    t.coupled = 1
                 entries, carrier = entries - 1, axis_at(t.axes, carrier).carrier
             other = axis_at(t.axes, other).parent
     read_equalities(head, j, t)
@@ -229,7 +232,7 @@ def read_tree(head, j, t):
     gather(head, velocities, j.v, v)
     for i in range(n if leads else 0):
         v[i] += head.lag * a[i]  # the velocities at the time of the coordinates
-    t.stale = 1
+    leave_placed(t)
 
 
 @jit
@@ -238,7 +241,8 @@ def rest_accelerations(t, step):
 
     Euler's method damps implicitly: (M + h D) a = f. With M alone, a joint that stiff damping holds would move off.
     """
-    t.lag, t.stale = step, 1
+    t.lag = step
+    leave_placed(t)
     call_with_body(t.settle, body_at(t.bodies, 0))
     t.lag = 0.0
     return vector(t.a, t.v_size)
@@ -339,7 +343,7 @@ def read_equalities(head, j, t):
         while k >= 0:
             push += row[k] * (weight * a[k] - spring * v[k])
             k = axis_at(t.axes, k).parent
-        k = last
+        t.coupled, k = 1 if last >= 0 else t.coupled, last
         while k >= 0:
             f[k] += push * row[k]
             p, other = axis_at(t.axes, k).depth, k

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from contactlaw import ContactPair
 from contactlaw.world import World
 from contactlaw.world.data.records import AXIS
 from contactlaw.world.trees.coordinates import numbers
@@ -49,6 +50,25 @@ def test_damping_that_is_stiff_neither_swings_nor_blows_up(damping: float) -> No
     world.arrays.trees["stale"] = 1
     world.step(40)
     np.testing.assert_allclose(world.tree(0)[1][0], 3.0, rtol=1e-9)
+
+
+@pytest.mark.heavy
+def test_a_limb_that_damping_all_but_locks_does_not_shorten_the_substeps_of_an_impact() -> None:
+    """The impact lasts 10 ms, and damping stops the limb within 0.3 ms."""
+
+    def rebound(substeps: int) -> tuple[float, int]:
+        world = World(gravity=0.0, timestep=2e-3, substeps=substeps)
+        limb = Joint("hinge", (-0.05, 0.0, 0.0), damping=0.2)
+        parts = [Part(1.0, 1e-2, [Joint("slide", axis=(0.0, 0.0, 1.0))]), Part(0.02, 1e-5, [limb], 0, (0.05, 0.0, 0.0))]
+        _, bodies = world.add_tree(Tree(parts), [0.021, 0.3], [-1.0, 0.0])
+        soft = ContactPair("rubber", "steel", friction=0.8, restitution=0.5)
+        world.add_contact(world.add_sphere(bodies[0], 0.02), world.add_plane(None, *FLOOR), soft)
+        world.step(40)
+        return world.tree(0)[1][0], int(world.arrays.world["kicks"][0])
+
+    (speed, kicks), (exact, _) = rebound(100), rebound(1600)
+    assert kicks < 50
+    assert speed == pytest.approx(exact, abs=5e-4)
 
 
 def creature(timestep: float, restitution: float = 1.0, gravity: float = 0.0) -> World:

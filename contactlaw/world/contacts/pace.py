@@ -20,7 +20,7 @@ ELASTIC = 60.0  # substeps of an elastic impact in a crowd, at least: a column o
 JOINTED_FEWER = 4.0  # times fewer substeps of a damped impact with joints: 25 instead of 100, psi_2 right to 1e-3
 ALIKE = 4.0  # equal contacts on one body, as the feet of a box, for which STABLE holds: h omega is 1 then, its limit 2
 LEAST_STEP = 1.0 / 3.0  # shortest step for which implicit steps are tried, in `resting_duration` of a contact
-MAX_DECAY = 0.5  # share of a velocity that joint damping may take away in a substep
+MAX_DECAY = 2.0  # rate of joint damping times a substep, see `trees.motion.LARGEST_LAG`
 MAX_SHORTENING = 4.0  # by which the length of substeps is divided for that, at most
 MASS_TURN = 0.1  # [rad] by which a normal may turn in a substep before effective masses are computed anew
 

@@ -24,6 +24,7 @@ MEASURED, BOUNDED = -3.0, -2.0  # values of `NEAR.checked` besides times: gap an
 TWIST_LATER, TWIST_NOW, TWIST_ALWAYS = range(3)
 EDITED, RESIZED, AGED, FRESH = 1, 2, 1, 2  # values of `WORLD.edited`; of `WORLD.age`
 DENIED, ASKED, PASSES = 0, 1, 2  # values of `TREE.passes`
+PLACED = 2  # value of `TREE.stale`
 PAUSE_LIMIT = 8  # steps; a power of two
 SETTLED = 2  # value of `NEAR.active`
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; that of a parted contact is kept until the next step
@@ -86,6 +87,7 @@ TREE = record(
     q="u8", v="u8", a="u8",  # addresses of its numbers: generalised coordinates, velocities, accelerations
     f="u8", d="u8", v_f="u8",  # generalised force f - D (v - v_f), all constant over a step; D laid out as `factor`
     e="u8",  # inertia by which soft constraints resist acceleration, constant over a step; as `factor`
+    coupled="i8",  # 1: D or E has entries off the diagonal
     x="u8",  # (v_size,), argument and result of these functions
     pending="u8", kicked="i8",  # (v_size,), generalised impulses not yet applied to v; 1: there are some
     kick_v="u8",  # (v_size,), change of v by impulses since its last drift
@@ -99,7 +101,7 @@ TREE = record(
     origin=VECTOR,  # within a step: point of the world [m] to which spatial velocities and moments refer
     hold="i8",  # substeps for which its mass matrix and accelerations are still held
     held="f8",  # [s] length of these substeps
-    stale="i8",  # 1: accelerations and factor do not belong to q and v
+    stale="i8",  # 1: nothing belongs to q and v; PLACED: poses and axes belong to q, all else does not
     rate="f8",  # [rad/s] at which its bodies turn, at most: see `LINK`
     coupling="f8",  # greatest diagonal entry of the mass matrix over its pivot
     change_rate="f8",  # [rad/s] at which its motion changes: the greatest `rate` plus spin relative to the parent

@@ -168,6 +168,7 @@ def finish_body(w, k, solved, accepted):
             t = tree_at(b.tree, 0)
             copy_numbers(t.start, t.q, t.q_size)
             copy_numbers(t.start + 8 * t.q_size, t.v, t.v_size)
+            t.stale = 1
         settle(b)
 
 

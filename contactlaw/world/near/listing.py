@@ -15,7 +15,7 @@ from contactlaw.jit import jit_inside
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.contacts.touch import begin_contact, end_contact, release
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at
-from contactlaw.world.data.kinds import PLANE, TANGENT
+from contactlaw.world.data.kinds import END, PLANE, TANGENT
 from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED
 from contactlaw.world.data.vec import ZERO, add, load, norm, store, sub
 from contactlaw.world.near.guards import EXCEEDED, SLACK, separate, surface_speed
@@ -29,7 +29,7 @@ PARTS_MARGIN_STEPS = 16.0  # the same where shapes have parts: guards tell cheap
 # Bodies among which margins last one step: each step has many windows, and each goes through the list. These margins
 # allow for impacts too, see `set_margins`.
 MANY_BODIES = 256
-FEW = 256  # comparisons of whole shapes with all shapes, up to which they cost less than a grid
+FEW = 50  # whole shapes besides ends of capsules: so many are compared with all others sooner than sorted into a grid
 
 
 @jit_inside
@@ -47,11 +47,13 @@ def list_near(w):
 
     The margins are for several steps, or for one step if the arrays are too small for that many near pairs.
     """
-    lost, wholes = w.lost, 0
+    lost, wholes, ends = w.lost, 0, 0
     for i in range(w.shape_count):
+        kind = shape_at(w.shapes, i).kind
         wholes += 0 if is_part(shape_at(w.shapes, i)) else 1
+        ends += 1 if kind == END else 0
     lasts = PARTS_MARGIN_STEPS if wholes < w.shape_count else MARGIN_STEPS * max(sqrt(wholes) / w.body_count, 1.0)
-    few = wholes * w.shape_count <= FEW
+    few = wholes - ends <= FEW
     link_contacts(w)
     list_within(w, lasts if w.body_count <= MANY_BODIES else 1.0, few)
     if w.lost > lost:
@@ -105,15 +107,19 @@ def complete_list(w):
 
 @jit_inside
 def list_within(w, steps, few):
-    """List the shapes that are near within margins for a number of steps; few: compare all, without a grid."""
+    """List the shapes that are near within margins for a number of steps; few: see `list_few`."""
     smallest = set_margins(w, steps * w.step)
+    w.nears, w.guard_count = 0, 0
+    if few:
+        list_few(w)
+        return
     shapes = w.shape_count
     # `WORLD.grid`: first shape of each cell; then of each shape the next one in its cell, level, contacts, cell's key
     cells = w.cells
-    for i in range(0 if few else cells):
+    for i in range(cells):
         set_whole(w.grid, i, -1)
-    w.nears, w.guard_count, levels = 0, 0, 0
-    for i in range(0 if few else shapes):
+    levels = 0
+    for i in range(shapes):
         s = shape_at(w.shapes, i)
         if s.kind < PLANE and not is_part(s):
             level = level_of(w, i, smallest)
@@ -132,8 +138,8 @@ def list_within(w, steps, few):
         if s.kind == TANGENT:
             list_pair(w, s.partner, i)
             continue
-        if s.kind >= PLANE or few:
-            for j in range(shapes if s.kind >= PLANE else i):
+        if s.kind >= PLANE:
+            for j in range(shapes):
                 if shape_at(w.shapes, j).kind < PLANE and not is_part(shape_at(w.shapes, j)):
                     list_pair(w, max(i, j), min(i, j))
             continue
@@ -143,6 +149,25 @@ def list_within(w, steps, few):
                 break
             if (levels >> level) & 1:
                 list_around(w, i, level, smallest * 2.0**level, cells)
+
+
+@jit_inside
+def list_few(w):
+    """List the shapes that are near, by comparing all with each other; ends of capsules do not meet."""
+    count, first = 0, w.cells + w.shape_count  # `WORLD.grid` has room for the numbers of whole shapes there
+    for i in range(w.shape_count):
+        s = shape_at(w.shapes, i)
+        if s.kind == TANGENT:
+            list_pair(w, s.partner, i)
+        elif not is_part(s):
+            set_whole(w.grid, first + count, i)
+            count += 1
+    for m in range(count):
+        i = whole_at(w.grid, first + m)
+        for n in range(count if shape_at(w.shapes, i).kind != END else 0):
+            j = whole_at(w.grid, first + n)
+            if j < i or shape_at(w.shapes, j).kind == END:
+                list_pair(w, max(i, j), min(i, j))
 
 
 @jit_inside

@@ -97,9 +97,9 @@ def list_pair(w, i, j):
     """List two whole shapes, or their parts, if they make a pair and are near."""
     if shape_at(w.shapes, i).kind > shape_at(w.shapes, j).kind:
         i, j = j, i
-    if pair_of(w, i, j) < 0:
-        return
     sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
+    if (not BOX <= sa.kind < PLANE and not meets(sa.kind, sb.kind)) or pair_of(w, i, j) < 0:
+        return
     a, b = body_at(w.bodies, sa.body), body_at(w.bodies, sb.body)
     margin, guard = a.margin + b.margin, -1
     if sb.kind < PLANE:
@@ -109,8 +109,6 @@ def list_pair(w, i, j):
             return
     if sa.kind >= BOX:
         list_cores(w, i, j, margin)
-        return
-    if not meets(sa.kind, sb.kind):
         return
     gap = -NEVER
     if sb.kind != SPHERE and sb.kind != TANGENT:

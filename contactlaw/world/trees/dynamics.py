@@ -53,7 +53,7 @@ def accelerate(t):
             while j >= 0:
                 one = axis_at(t.axes, j)
                 p -= 1
-                m[k, p] = t.lag * d[k, p] + held[k, p]
+                m[k, p] = 0.0 if t.coupled == 0 else t.lag * d[k, p] + held[k, p]
                 if j == carrier:
                     m[k, p] = m[k, p] + dot(load(one.spin), angular) + dot(load(one.velocity), linear)
                     carrier = one.carrier
@@ -83,7 +83,7 @@ def set_forces(t, d, a):
         a[k] = f[k] - d[k, p] * own
         if axis.side != 0.0:
             a[k] += axis.side * max(limit_force(axis, vector(t.q, t.q_size)[axis.coordinate], now[k]), 0.0)
-        while j >= 0:
+        while j >= 0 and t.coupled != 0:
             p -= 1
             a[k] -= d[k, p] * (v[j] - v_f[j])
             a[j] -= d[k, p] * own

@@ -1,6 +1,7 @@
 """A tree of bodies in an implicit step: its mass matrix, its Jacobians, and the pose that its velocities lead to."""
 
 from contactlaw.world.data.access import axis_at, tree_at
+from contactlaw.world.data.records import PLACED
 from contactlaw.world.trees.dynamics import add_impulse, limit_force
 from contactlaw.world.trees.kinematics import vector
 from contactlaw.world.trees.mobility import clear, copy, move_bodies
@@ -11,7 +12,7 @@ def move_from_start(b):
     t = tree_at(b.tree, 0)
     copy(vector(t.start, t.q_size), vector(t.q, t.q_size))
     move_bodies(t)
-    t.stale = 1
+    t.stale = PLACED
 
 
 def write_masses(b):

@@ -15,6 +15,7 @@ from contactlaw.world.bodies.motion import LEAST_MOBILITY, mobility_bound
 from contactlaw.world.data.access import axis_at, body_at, link_at, tree_at
 from contactlaw.world.data.call import call_on_tree
 from contactlaw.world.data.checksum import as_float, mix
+from contactlaw.world.data.records import PLACED
 from contactlaw.world.data.vec import add, cross, load, norm, store, sub
 from contactlaw.world.trees.dynamics import add_impulse, decay, limit_impulse, project, response_of, solve_ld, solve_lt
 from contactlaw.world.trees.kinematics import spread_velocity, vector
@@ -42,6 +43,13 @@ def move_bodies(t):
     """Move the coordinates by x, and set poses and velocities of all bodies."""
     call_on_tree(t.move, t)
     spread_velocity(t)
+
+
+@jit_inside
+def leave_placed(t):
+    """Note that accelerations and factor do not belong to q and v; poses do if they did before."""
+    if t.stale == 0:
+        t.stale = PLACED
 
 
 @jit_inside
@@ -75,8 +83,10 @@ def settle(b):
         return
     if t.stale != 0:
         apply_pending(t)
-        clear(vector(t.x, t.v_size))
-        move_bodies(t)
+        if t.stale != PLACED:
+            clear(vector(t.x, t.v_size))
+            call_on_tree(t.move, t)
+        spread_velocity(t)
         accelerate(t)
         t.stale = 0
         t.hold = 0
@@ -91,7 +101,7 @@ def kick(b, impulse, moment):
     t = tree_at(b.tree, 0)
     add_impulse(t, b, impulse, moment, vector(t.pending, t.v_size), 1.0)
     t.kicked = 1
-    t.stale = 1
+    leave_placed(t)
 
 
 @jit_inside
@@ -161,7 +171,7 @@ def stop(b):
     t = tree_at(b.tree, 0)
     clear(vector(t.v, t.v_size))
     store(b.held, sleep_signature(t))
-    t.stale = 1
+    leave_placed(t)
 
 
 @jit_inside

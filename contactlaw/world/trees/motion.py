@@ -19,6 +19,7 @@ from math import ceil, sqrt
 from contactlaw.jit import jit_inside
 from contactlaw.world.data.access import axis_at, body_at, link_at, tree_at
 from contactlaw.world.data.call import call_on_tree
+from contactlaw.world.data.records import PLACED
 from contactlaw.world.data.vec import add, load, norm, scale, store, sub
 from contactlaw.world.trees.dynamics import decay, response_of
 from contactlaw.world.trees.kinematics import vector
@@ -140,7 +141,7 @@ def drift(b, h):
         one.turned += norm(load(one.twist))
         one.time += h
     clear(vector(t.kick_v, n))
-    t.stale = 1
+    t.stale = PLACED
 
 
 @jit_inside
