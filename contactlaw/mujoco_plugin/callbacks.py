@@ -218,7 +218,7 @@ def load_world(head, w, state):
         row = state[head.row :]
         dropped = call_read(address(w, READ_STATE), w, row.ctypes.data, row.size)
         head.token, head.idle = known.token, 0
-        if head.token != 0.0 and known.content != as_float(types.uint64(head.content)):
+        if head.token != 0.0 and known.content != 0.0 and known.content != as_float(types.uint64(head.content)):
             w.edited = RESIZED  # any number of the model may be another one
     if head.token == 0.0:  # after a reset all bodies count as moved by the user: initial overlaps must be found
         left = floats(head.left, 1, head.nq)
