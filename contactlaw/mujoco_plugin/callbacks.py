@@ -38,7 +38,6 @@ from contactlaw.world.data.checksum import as_float, mix
 from contactlaw.world.data.demand import READ as READ_STATE
 from contactlaw.world.data.demand import STEP
 from contactlaw.world.data.quaternion import load4, store4
-from contactlaw.world.data.records import EDITED as EDITED_BODIES
 from contactlaw.world.data.records import RESIZED
 from contactlaw.world.data.vec import load, scale, store
 from contactlaw.world.near.following import follow, may_follow, part
@@ -219,8 +218,8 @@ def load_world(head, w, state):
         row = state[head.row :]
         dropped = call_read(address(w, READ_STATE), w, row.ctypes.data, row.size)
         head.token, head.idle = known.token, 0
-        if head.token != 0.0 and known.content != as_float(types.uint64(head.content)):
-            w.edited = max(w.edited, EDITED_BODIES)
+        if head.token != 0.0 and known.content != 0.0 and known.content != as_float(types.uint64(head.content)):
+            w.edited = RESIZED  # any number of the model may be another one
     if head.token == 0.0:  # after a reset all bodies count as moved by the user: initial overlaps must be found
         left = floats(head.left, 1, head.nq)
         for i in range(head.nq):
