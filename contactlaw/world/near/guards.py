@@ -111,11 +111,19 @@ def update_guard(w, g, left):
     """
     a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
     update_moved(w, g)
-    g.time = min(a.time, b.time)
-    delay = abs(a.time - b.time)
+    g.time = time_of(a, b)
+    delay = abs(a.time - b.time) if a.still == 0 and b.still == 0 else 0.0
     g.lag = delay * surface_speed(a if a.time < b.time else b, delay) if delay > 0.0 else 0.0
     g.last_speed_now = g.speed_now
     g.speed_now, g.speed = relative_speed(a, b, left)
+
+
+@jit_inside
+def time_of(a, b):
+    """Return the time [s] of the step up to which two bodies have moved; one that stands still needs no moving."""
+    if a.still != 0:
+        return b.time
+    return a.time if b.still != 0 else min(a.time, b.time)
 
 
 @jit_inside
@@ -154,6 +162,18 @@ def separate(w, g, n):
     sa, sb = shape_at(w.shapes, g.a), shape_at(w.shapes, g.b)
     n, low, high, _ = ask_separation(sa.separation, sa, body_at(w.bodies, sa.body), sb, body_at(w.bodies, sb.body), n)
     return n, low - sweep_radius(sa), high + (sweep_radius(sb) if sb.kind < PLANE else 0.0)
+
+
+@jit_inside
+def spare_of_ball(w, g, n, low, high):
+    """Return how much further [m] towards B the ball about A's centre reaches in which A turns, than A itself does.
+
+    n, low, high: as of `separate`.
+    """
+    sa, a, b = shape_at(w.shapes, g.a), body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
+    if g.body_a == sa.body:
+        return a.reach + sweep_radius(sa) + low - dot(n, sub(load(a.position), load(b.position)))
+    return a.reach + sweep_radius(shape_at(w.shapes, g.b)) - high
 
 
 @jit_inside
@@ -285,7 +305,7 @@ def any_guard_exceeded(w, until, least):
         g = guard_at(w.guards, k)
         a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
         if least > 0.0 or a.changed != 0 or b.changed != 0:
-            left = max(until - min(a.time, b.time), least)
+            left = max(until - time_of(a, b), least)
             if g.lead == k:
                 update_guard(w, g, left)
             lead = lead_of(w, g)
@@ -305,9 +325,16 @@ def may_exceed_limit(w, g, way):
     if path <= g.limit:
         return False
     if g.unlisted != 0:
-        _, low, high = separate(w, g, ZERO)
-        g.limit = max(g.limit, low - high + lead.moved - lead.lag)
+        new_gap(w, g)
     return path > g.limit
+
+
+@jit_inside
+def new_gap(w, g):
+    """Return the present gap [m] of two whole shapes of which no parts are listed; it gives their guard a new limit."""
+    _, low, high = separate(w, g, ZERO)
+    g.limit = max(g.limit, low - high + lead_of(w, g).moved - lead_of(w, g).lag)
+    return low - high
 
 
 @jit_inside
