@@ -302,3 +302,21 @@ def test_a_persistent_contact_that_slides_as_a_whole_is_as_its_nodes_say() -> No
             assert lasting.energy() == pytest.approx(nodes.energy(), rel=1e-12)
     assert states[8:16] == [SLIDING] * 8 and states[20:34] == [SPRUNG] * 14 and states[-1] == SLIDING
     assert nodes.now.state == SPRUNG
+
+
+def test_a_slide_that_turns_slowly_is_as_its_nodes_say() -> None:
+    """All have one direction then, are not displaced one by one, and dissipate energy in every step."""
+    one, nodes = Contact(), Contact()
+    states, before, last, stored = [], OVERLAP, (0.0, 0.0), 0.0
+    for number in range(600):
+        overlap = OVERLAP * (1.0 + 0.3 * np.sin(0.05 * number))
+        way = one.slip * np.array([np.cos(0.003 * number), np.sin(0.003 * number)]) * (0.3 if number < 400 else -0.05)
+        found = one.take(overlap, before, *way)
+        exact = nodes.take(overlap, before, way[0], way[1], 1e-7 if number == 0 else 0.0)
+        np.testing.assert_allclose(found, exact, rtol=0.0, atol=2e-3 * MU * found[0])
+        states.append(one.now.state)
+        energy = 0.3 * (MU * found[0]) ** 2 / (one.now.g_star * np.sqrt(RADIUS * overlap))
+        if states[-1] == SLIDING:
+            assert 0.5 * np.dot(np.add(found[1:], last), way) > energy - stored
+        before, last, stored = overlap, found[1:], energy
+    assert states[20:400] == [SLIDING] * 380 and states[-1] == SPRUNG == nodes.now.state

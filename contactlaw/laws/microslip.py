@@ -29,9 +29,14 @@ from contactlaw.laws.base import Impacts, Law
 from contactlaw.laws.nodes import follow, levers, step_of
 from contactlaw.laws.record import LASTING, OPEN, SLIDING, SPRUNG, UNSHEARED, record_of
 from contactlaw.laws.shear_loss import displace_viscous, loads, retardation
-from contactlaw.laws.slip import AT_LIMIT, carried, slides_on, sliding_direction
+from contactlaw.laws.slip import AT_LIMIT, STRAIGHT, carried, slides_on, sliding_direction
 
 NODES = 24  # default in engines: psi_2 within 5e-4 at any step; fills SIMD vectors, so hardly slower than 16
+TURN = (
+    0.02  # tangent of the angle between slip and force up to which tractions have one direction, to a sixteenth of it
+)
+LAG = 0.8  # depth over that of the middle, to whose node that direction belongs: mean of z^2 over that of z
+NEARLY = 1.0 - 1e-4  # square of a friction force over that of its limit from which directions may count as one
 SLIDE_LIMIT = 0, 0  # place in the memory, unused during a slide, of its last limit mu E* [Pa], as mu may change
 
 
@@ -83,13 +88,18 @@ class Microslip(Law):
     @staticmethod
     def force(contact, law, memory, du, dv, dt):
         """Displace all nodes and sum their tractions, both scaled by P over the load of the nodes."""
-        if keeps_sliding(contact, law, memory, du, dv):
+        if (dt > 0.0 and keeps_turning(contact, memory, du, dv)) or keeps_sliding(contact, law, memory, du, dv):
             return contact.f, contact.g
         share, lever = levers(contact, law)
         pull_u, pull_v = displace(law, memory, *step_of(contact, lever * du, lever * dv))
         f, g = pull_u * share, pull_v * share
-        implicit = dt == 0.0 and contact.course == LASTING
-        if implicit and f * f + g * g >= AT_LIMIT * (contact.friction * contact.elastic) ** 2:
+        square, most = f * f + g * g, (contact.friction * contact.elastic) ** 2
+        if dt > 0.0:
+            straight = abs(dv * f - du * g) <= TURN * (du * f + dv * g)
+            slides = straight and square >= NEARLY * most and all_slip(law, memory, *step_of(contact, 0.0, 0.0))
+        else:
+            slides = contact.course == LASTING and square >= AT_LIMIT * most
+        if slides:
             contact.state, memory[SLIDE_LIMIT] = SLIDING, contact.friction * contact.e_star
         return carried(contact, f, g)
 
@@ -166,6 +176,42 @@ def displace(law, memory, s2, overlap, before, gu, gv, cap):
         pull_u += law.w[i] * u
         pull_v += law.w[i] * v
     return pull_u, pull_v
+
+
+@jit_of_sums
+def all_slip(law, memory, s2, overlap, _before, _gu, _gv, cap):
+    """Return whether all nodes are on their limits; arguments: `nodes.step_of`."""
+    least = 1.0
+    for i in range(law.w.size):
+        limit = cap * max(overlap - s2 * law.x2[i], 0.0)
+        least = min(least, memory[0, i] ** 2 + memory[1, i] ** 2 - AT_LIMIT * limit * limit)
+    return least >= 0.0
+
+
+@jit_inline
+def keeps_turning(contact, memory, du, dv):
+    """Return whether a contact that slides as a whole does so after a slight turn; contact.f and .g are then set.
+
+    With tractions of one direction e and slip d = (x, y) along and across e, G* x >= mu E* times the growth of the
+    overlap, every node goes on to slip, and its new direction is that of mu E* z e + G* d. Nodes at different depths z
+    lag behind a steady turn by angles proportional to z, so the force lags by the mean of z^2 over that of z. The sum
+    dissipates energy as each node does.
+    """
+    old = sqrt(contact.f * contact.f + contact.g * contact.g)
+    if contact.state != SLIDING or old == 0.0 or contact.before < 0.0:
+        return False
+    limit = contact.friction * contact.e_star
+    if contact.course == LASTING and memory[SLIDE_LIMIT] < limit:  # springs stretch, see `keeps_sliding`
+        return False
+    e, n = contact.f / old, contact.g / old
+    x, y = contact.g_star * (du * e + dv * n), contact.g_star * (dv * e - du * n)
+    if abs(y) > TURN * x or abs(y) <= STRAIGHT * x or x < limit * (contact.overlap - contact.before):
+        return False
+    ahead = LAG * limit * contact.before + x
+    force = contact.friction * contact.force / sqrt(ahead * ahead + y * y)
+    contact.f, contact.g = force * (ahead * e - y * n), force * (ahead * n + y * e)
+    memory[SLIDE_LIMIT] = limit
+    return True
 
 
 @jit_inline

@@ -36,7 +36,7 @@ CONTACT = np.dtype((np.record, record(
 )))  # fmt: skip
 """State of one contact.
 
-state: OPEN: not touched yet. SLIDING: as a whole, since the touch or, by `microslip`, since an implicit step. SPRUNG:
+state: OPEN: not touched yet. SLIDING: as a whole, since the touch or, by `microslip`, since all nodes slip. SPRUNG:
     followed by the springs of the law. SPUN: followed by `laws.sectors` in place of the law. UNSHEARED (`microslip`
     only): no tangential displacement yet.
 course: of the damped normal motion: PRESSED at first; EXPANDING once the bodies separate; LASTING, a persistent

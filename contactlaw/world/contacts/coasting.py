@@ -13,7 +13,7 @@ from math import sqrt
 from contactlaw.jit import jit_inline, jit_inside
 from contactlaw.laws import torsion
 from contactlaw.laws.hertz import damping_of, hertz_stiffness
-from contactlaw.laws.record import LASTING, SPRUNG, UNSHEARED
+from contactlaw.laws.record import LASTING, SPUN
 from contactlaw.laws.slip import stuck_stiffness
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.contacts.force import dashpot_of, has_dashpot, is_quasi_static
@@ -64,7 +64,7 @@ def has_model(w, p):
     """
     c, law = contact_at(w.contacts, p.slot), law_of(w, pair_at(w.pairs, p.pair))
     t = c.touch
-    if not (t.state == SPRUNG or t.state == UNSHEARED) or t.course != LASTING or t.overlap <= 0.0:
+    if t.state == SPUN or t.course != LASTING or t.overlap <= 0.0:
         return False
     plain = law.sectors != 0.0 and law.rolling == 0.0 and t.skew == 0.0
     return plain and is_round(body_at(w.bodies, p.body_a)) and is_round(body_at(w.bodies, p.body_b))

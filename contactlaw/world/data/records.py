@@ -33,41 +33,41 @@ MATRIX = ("f8", (9,))  # row by row
 
 
 BODY = record(
-    # motion of the centre of mass and of the principal axes of inertia
-    position=VECTOR, velocity=VECTOR, spin=VECTOR,  # [m], [m/s], angular velocity [rad/s]
-    quaternion=("f8", (4,)),  # scalar first
-    axes=MATRIX,  # the quaternion as a matrix: principal axes to world
-    momentum=VECTOR,  # angular momentum about the centre of mass [N m s]; kept only if not isotropic
-    # inertia
+    # what each substep reads and writes comes first
+    position=VECTOR, velocity=VECTOR, spin=VECTOR,  # of the centre of mass [m], [m/s], angular velocity [rad/s]
+    shift=VECTOR, twist=VECTOR,  # displacement [m] and rotation vector [rad] of its last substep
+    pending_turn=VECTOR,  # rotation vector [rad] not yet applied to the quaternion
+    # loads besides contacts, constant over a step
+    acceleration=VECTOR, torque=VECTOR,  # [m/s^2], [N m]
     inverse_mass="f8", inverse_inertia=VECTOR,  # [1/kg], about the principal axes [1/(kg m^2)]; zero: kinematic
     # 1: the three moments of inertia are equal; 1: its axes matter, as they are not or a shape is off its centre
     isotropic="i8", oriented="i8",
-    # loads besides contacts, constant over a step
-    acceleration=VECTOR, torque=VECTOR,  # [m/s^2], [N m]
     tree="u8", member="i8",  # address of its `TREE`, zero: a free body; its number in that
+    time="f8",  # [s] since the step began, up to which it has been moved
+    still="i8",  # 1: nothing moves it within this step
+    touched="i8", placed="i8",  # 1: its step ends as the world has it, as after any impulse; the user has moved it
+    # [m] that its surface has moved in the substeps of a window, at most, and may in the next; see `watching.watch`
+    path="f8", next_path="f8", watched_path="f8",
+    reach="f8",  # [m] from its centre of mass to the furthest centre, middle line or core of its shapes
+    square_rate="f8", pressing="i8",  # see `pace.add_square_rate` [1/s^2]; how many are closed
+    # its turn
+    quaternion=("f8", (4,)),  # scalar first
+    axes=MATRIX,  # the quaternion as a matrix: principal axes of inertia to world
+    momentum=VECTOR,  # angular momentum about the centre of mass [N m s]; kept only if not isotropic
     turning=VECTOR,  # angular acceleration [rad/s^2] in a tree; `acceleration` is that of its centre there
     # within a step
-    time="f8",  # [s] since the step began, up to which it has been moved
-    shift=VECTOR, twist=VECTOR,  # displacement [m] and rotation vector [rad] of its last substep
-    pending_turn=VECTOR,  # rotation vector [rad] not yet applied to the quaternion
     active="i8",  # 1: it is near something (window), or a closed contact presses on it (sleep, implicit step)
     done="i8",  # 1: its step is over; FOLLOWS: and it is where the engine has it, see `near.following`
     unknown="i8",  # index of its first velocity among the unknowns of an implicit step; -1: none
     pause="i8", last_pause="i8",  # steps for which no implicit step is tried with it, < PAUSE_LIMIT: left, and in all
-    still="i8",  # 1: nothing moves it within this step
     asleep="i8", held=VECTOR,  # acceleration when it fell asleep; in a tree see `trees.mobility.stop`
     changed="i8",  # 1: its velocity has changed, so that times of impact predicted with it no longer hold
-    touched="i8", placed="i8",  # 1: its step ends as the world has it, as after any impulse; the user has moved it
     pressed="i8",  # 1: it is in contact, as found between two steps for engines' adapters, see `step.find_pressed`
     delta_v="f8",  # [m/s] by which impacts may change the velocity of its surface within a window, at most
-    # [m] that its surface has moved in the substeps of a window, at most, and may in the next; see `watching.watch`
-    path="f8", next_path="f8", watched_path="f8",
-    square_rate="f8", pressing="i8",  # see `pace.add_square_rate` [1/s^2]; how many are closed
     island="i8", head="i8", link="i8",  # parent in the union-find of islands; an island's first pair; its next body
     # broad phase
     listed_position=VECTOR, turned="f8",  # position when near pairs were last listed, and angle [rad] turned since
     margin="f8",  # [m] by which its surface may travel before near pairs must be listed anew
-    reach="f8",  # [m] from its centre of mass to the furthest centre, middle line or core of its shapes
     size="f8", guard="i8",  # [m] radius of its smallest round shape; first guard that counts its motion as A's, or -1
 )  # fmt: skip
 """A rigid body. The first one is the world itself, which does not move."""
@@ -155,6 +155,8 @@ AXIS = record(
 SHAPE = record(
     kind="i8", body="i8",
     group="i8",  # row and column in `Arrays.groups`, the table of the pair of materials that two shapes make
+    meet="u8",  # address of the function that finds where a hull or an ellipsoid meets another shape
+    separation="u8",  # function that separates a core from a plane or another core, see `convex.separate`
     radius="f8",  # [m] of a sphere, a segment or a disc, or of rounded edges; of a tangent plane: its reach
     at=VECTOR,  # [m] centre, or point of a plane, along the body's principal axes
     normal=VECTOR,  # outward normal of a plane, or axis of a disc, along the same axes
@@ -165,9 +167,8 @@ SHAPE = record(
     next="i8",  # next part of a box, cylinder or hull, or of the shape that it is a part of; 0: none
     deepest="u8",  # address of the function that finds the deepest point of a disc
     first="i8",  # of a hull: row in `Arrays.points` of the table of its core, along the principal axes from `at`
-    # addresses: of that table; of `meet` of a hull or an ellipsoid; `radius` of these and cylinders; nearest of a hull
-    points="u8", meet="u8", curve="u8", nearest="u8",
-    separation="u8",  # function that separates a core from a plane or another core, see `convex.separate`
+    # addresses: of that table; `radius` of hulls, ellipsoids and cylinders; nearest of a hull
+    points="u8", curve="u8", nearest="u8",
     swept="u8",  # address of the table of `shapes.swept`, of all shapes but spheres and planes
     friction="f8", priority="i8",  # coefficient for pairs that have none, and which of two shapes gives it
 )  # fmt: skip
@@ -187,13 +188,14 @@ PAIR = record(
 """Two materials in contact."""
 
 NEAR = record(
-    a="i8", b="i8", body_a="i8", body_b="i8", pair="i8",
     slot="i8",  # of its contact, if that is closed or has been in this step; else -1
     # not 0: taken into an island in this window; SETTLED: and it passes on no change of velocity; next of the island
     closed="i8", active="i8", link="i8",
     coasts="i8",  # 1: its contact coasts, see `contacts.coasting`
-    toi="f8",  # time of impact, a lower bound [s]
+    body_a="i8", body_b="i8",
     path_limit="f8",  # [m] sum of both bodies' `path` at which it can close, in a run of substeps
+    a="i8", b="i8", pair="i8",
+    toi="f8",  # time of impact, a lower bound [s]
     checked="f8",  # time [s] at which its gap was last found; -1: not in this step; or MEASURED, BOUNDED
     gap="f8", closing="f8", acceleration="f8",  # [m], [m/s], [m/s^2]: gap then, closing speed, and acceleration at most
     initial_overlap="f8",  # [m] overlap that counts as none, that of its contact
