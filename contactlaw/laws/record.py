@@ -3,14 +3,13 @@
 Calls by address let kernels that were compiled earlier run any law.
 """
 
-from collections.abc import Callable
 from typing import Any
 
 import numba
 import numpy as np
 from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
-from numba.extending import overload
 
+from contactlaw.jit import jit, jit_inline
 from contactlaw.memory import caller, doubles_at, element
 
 
@@ -81,45 +80,6 @@ CONTACT_SIZE, PAIR_SIZE = len(CONTACT.names or ()), len(PAIR.names or ())
 CONTACT_TYPE = numba.from_dtype(CONTACT)
 MEMORY_TYPE = types.Array(types.float64, 2, "C")
 
-FUNCTIONS: dict[int, tuple[Callable[..., Any], np.dtype]] = {}
-"""Without the compiler: functions of laws and their records, by a number in place of the address."""
-
-
-def _record_view(values: np.ndarray, kind: np.dtype) -> Any:
-    return values[: kind.itemsize // 8].view(np.dtype((np.record, kind)))[0]
-
-
-def _vectors(pair: Any, memory: np.ndarray) -> np.ndarray:
-    return memory[: 2 * int(pair.vectors)].reshape(2, -1)
-
-
-def pair_of(values: Any) -> Any:
-    """View of the pair at the start of an array of numbers."""
-    return _record_view(values, PAIR)
-
-
-def ask_force(pair: Any, contact: Any, law: Any, memory: Any, du: float, dv: float, dt: float) -> tuple[float, float]:
-    """Return the tangential force along both tangents [N] by the law of a pair.
-
-    law: numbers of the law, flat. memory: its vectors, flat: all components along the first tangent, then those along
-    the second. du, dv: displacement over the step [m]. dt: step [s].
-    """
-    force, kind = FUNCTIONS[int(pair.force_at)]
-    return force(contact, _record_view(law, kind), _vectors(pair, memory), du, dv, dt)
-
-
-def ask_stiffness(pair: Any, contact: Any, law: Any) -> float:
-    """Return the tangential stiffness of a contact that sticks everywhere [N/m]."""
-    stiffness, kind = FUNCTIONS[int(pair.stiffness_at)]
-    return stiffness(contact, _record_view(law, kind))
-
-
-def ask_energy(pair: Any, contact: Any, law: Any, memory: Any) -> float:
-    """Return the elastic energy of the tangential springs [J]."""
-    energy, kind = FUNCTIONS[int(pair.energy_at)]
-    return energy(contact, _record_view(law, kind), _vectors(pair, memory))
-
-
 _pair_at = element(PAIR)
 _NUMBER = types.float64
 _call_force: Any = caller(
@@ -129,33 +89,36 @@ _call_stiffness: Any = caller(_NUMBER(CONTACT_TYPE, types.uint64))
 _call_energy: Any = caller(_NUMBER(CONTACT_TYPE, types.uint64, MEMORY_TYPE))
 
 
-@overload(pair_of, jit_options={"forceinline": True})
-def _pair_of(values):
-    return lambda values: _pair_at(types.uintp(values.ctypes.data), 0)
+@jit_inline
+def pair_of(values):
+    """View of the pair at the start of an array of numbers."""
+    return _pair_at(types.uintp(values.ctypes.data), 0)
 
 
-@overload(ask_force, jit_options={"forceinline": True})
-def _ask_force(pair, contact, law, memory, du, dv, dt):
-    def ask(pair, contact, law, memory, du, dv, dt):
-        vectors = carray(doubles_at(types.uintp(memory.ctypes.data)), (2, int(pair.vectors)))
-        return _call_force(
-            types.uintp(pair.force_at), contact, types.uintp(law.ctypes.data), vectors, float(du), float(dv), float(dt)
-        )
-
-    return ask
+@jit_inline
+def _vectors(pair, memory):
+    return carray(doubles_at(types.uintp(memory.ctypes.data)), (2, int(pair.vectors)))
 
 
-@overload(ask_stiffness)
-def _ask_stiffness(pair, contact, law):
-    return lambda pair, contact, law: _call_stiffness(
-        types.uintp(pair.stiffness_at), contact, types.uintp(law.ctypes.data)
-    )
+@jit_inline
+def ask_force(pair, contact, law, memory, du, dv, dt):
+    """Return the tangential force along both tangents [N] by the law of a pair.
+
+    law: numbers of the law, flat. memory: its vectors, flat: all components along the first tangent, then those along
+    the second. du, dv: displacement over the step [m]. dt: step [s].
+    """
+    numbers, vectors = types.uintp(law.ctypes.data), _vectors(pair, memory)
+    return _call_force(types.uintp(pair.force_at), contact, numbers, vectors, float(du), float(dv), float(dt))
 
 
-@overload(ask_energy)
-def _ask_energy(pair, contact, law, memory):
-    def ask(pair, contact, law, memory):
-        vectors = carray(doubles_at(types.uintp(memory.ctypes.data)), (2, int(pair.vectors)))
-        return _call_energy(types.uintp(pair.energy_at), contact, types.uintp(law.ctypes.data), vectors)
+@jit
+def ask_stiffness(pair, contact, law):
+    """Return the tangential stiffness of a contact that sticks everywhere [N/m]."""
+    return _call_stiffness(types.uintp(pair.stiffness_at), contact, types.uintp(law.ctypes.data))
 
-    return ask
+
+@jit
+def ask_energy(pair, contact, law, memory):
+    """Return the elastic energy of the tangential springs [J]."""
+    numbers, vectors = types.uintp(law.ctypes.data), _vectors(pair, memory)
+    return _call_energy(types.uintp(pair.energy_at), contact, numbers, vectors)
