@@ -15,6 +15,7 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
+from numpy.typing import NDArray
 
 from contactlaw.jit import INTERPRETED
 
@@ -60,16 +61,23 @@ PYTHON_FUNCTIONS: list[Callable[..., Any]] = []
 
 def address_of_python(function: Callable[..., Any], numbers: np.dtype) -> int:
     """Return the index of a Python function whose second argument, the address of a record, it takes as the record."""
-    record_at = element(numbers)
-    PYTHON_FUNCTIONS.append(lambda first, address, *more: function(first, record_at(address, 0), *more))
+    law_at = element(numbers)
+    PYTHON_FUNCTIONS.append(lambda first, address, *more: function(first, law_at(address, 0), *more))
     return len(PYTHON_FUNCTIONS) - 1
+
+
+def record_at(address: Any, kind: Any, count: Any) -> NDArray[Any]:
+    """Return a view of records or numbers at an address."""
+    size = np.dtype(kind).itemsize * int(count)
+    whole: Any = (ctypes.c_uint8 * size).from_address(int(address)) if size else b""
+    return np.frombuffer(whole, kind)
 
 
 def element(dtype: np.dtype) -> Any:
     """Return an intrinsic that takes the address of an array of records and an index, and returns that record."""
     if INTERPRETED:
-        bytes_, records = ctypes.c_uint8 * dtype.itemsize, np.dtype((np.record, dtype))
-        return lambda address, i: np.frombuffer(bytes_.from_address(int(address) + i * dtype.itemsize), records)[0]
+        kind: Any = np.dtype((np.record, dtype))
+        return lambda address, i: record_at(int(address) + i * dtype.itemsize, kind, 1)[0]
     kind = numba.from_dtype(dtype)
 
     def build(context: Any, builder: Any, _: Any, values: Any) -> Any:
