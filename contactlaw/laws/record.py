@@ -29,48 +29,40 @@ def record_of(**values: Any) -> np.ndarray:
 
 
 CONTACT = np.dtype((np.record, record(
-    "state", "course", "overlap", "before", "closing", "force", "elastic", "ratio", "f", "g", "reach", "scale",
-    "mass", "tangential_mass", "stiffness", "e_star", "g_star", "radius", "friction", "mu", "zeta",
+    # OPEN: not touched yet. SLIDING: as a whole, since the touch or, by `microslip`, since an implicit step. SPRUNG:
+    # followed by the springs of the law. SPUN: followed by `laws.sectors` in place of the law. UNSHEARED (`microslip`
+    # only): no tangential displacement yet
+    "state",
+    # of the damped normal motion: PRESSED at first; EXPANDING once the bodies separate; LASTING, a persistent contact,
+    # once they approach again without having parted
+    "course",
+    "overlap", "before",  # now and at the start of the step [m]; negative: apart
+    "closing",  # mean closing speed over the step [m/s]
+    "force", "elastic",  # normal force P [N], with and without the damper
+    "ratio",  # tangential force over that of the springs alone, see `slip.carried`
+    "f", "g",  # tangential force along both tangents [N]; that of the previous step until the law updates it
+    "reach",  # greatest overlap foreseen at the touch [m]
+    "scale",  # for the law's own use; span of the nodes [m] in `microslip`
+    "mass", "tangential_mass",  # effective masses at the touch [kg]; infinite if the motion is prescribed
+    "stiffness",  # k of P = k delta^1.5 [N/m^1.5], or of a linear spring [N/m]
+    "e_star", "g_star", "radius",  # effective moduli [Pa] and effective radius [m]
+    "friction", "mu", "zeta",  # part of mu that spin leaves; friction coefficient and damping ratio of the touch
+    # anisotropy s of an elliptic contact, whose longer axis is the first tangent; `laws.ellipse` then replaces the law.
+    # 0: circular
     "skew",
 )))  # fmt: skip
-"""State of one contact.
-
-state: OPEN: not touched yet. SLIDING: as a whole, since the touch or, by `microslip`, since an implicit step. SPRUNG:
-    followed by the springs of the law. SPUN: followed by `laws.sectors` in place of the law. UNSHEARED (`microslip`
-    only): no tangential displacement yet.
-course: of the damped normal motion: PRESSED at first; EXPANDING once the bodies separate; LASTING, a persistent
-    contact, once they approach again without having parted.
-overlap, before: overlap now and at the start of the step [m]; negative: apart.
-closing: mean closing speed over the step [m/s].
-force, elastic: normal force P [N], with and without the damper.
-ratio: tangential force over that of the springs alone, see `slip.carried`.
-f, g: tangential force along both tangents [N]; that of the previous step until the law updates it.
-reach: greatest overlap foreseen at the touch [m].
-scale: for the law's own use; span of the nodes [m] in `microslip`.
-mass, tangential_mass: effective masses at the touch [kg]; infinite if the motion is prescribed.
-stiffness: k of P = k delta^1.5 [N/m^1.5], or of a linear spring [N/m].
-e_star, g_star, radius: effective moduli [Pa] and effective radius [m].
-mu, zeta: friction coefficient and damping ratio of the touch. friction: the part of mu that spin leaves.
-skew: anisotropy s of an elliptic contact, whose longer axis is the first tangent; `laws.ellipse` then replaces the law.
-    0: circular.
-"""
+"""State of one contact."""
 
 PAIR = record(
-    "e_star", "g_star", "radius", "friction", "zeta", "duration", "g_t", "rolling", "speeds", "linear", "vectors",
-    "sectors", "force_at", "stiffness_at", "energy_at",
+    "e_star", "g_star", "radius", "friction", "zeta",  # as in `CONTACT`
+    "duration",  # of an impact, times speed over the greatest overlap of the undamped one
+    "g_t", "rolling",  # modulus G_t of torsion [Pa]; coefficient of rolling resistance
+    "speeds",  # offset of the table of `laws.speeds`, in numbers; 0: friction and zeta do not depend on speed
+    "linear", "vectors",  # 1 if the normal spring is linear; number of vectors that the law remembers
+    "sectors",  # 1 if `laws.sectors` may replace the law
+    "force_at", "stiffness_at", "energy_at",  # addresses of the law's functions, integers below 2^53
 )  # fmt: skip
-"""Numbers of a pair and its law. The law's own record follows, then the table of `laws.speeds`.
-
-e_star, g_star, radius, friction, zeta: as in `CONTACT`.
-duration: duration of an impact times speed over the greatest overlap of the undamped one.
-g_t: modulus G_t of torsion [Pa].
-rolling: coefficient of rolling resistance.
-speeds: offset of the table of `laws.speeds`, in numbers; 0: friction and zeta do not depend on speed.
-linear: 1 if the normal spring is linear.
-vectors: number of vectors that the law remembers.
-sectors: 1 if `laws.sectors` may replace the law.
-force_at, stiffness_at, energy_at: addresses of the law's functions, integers below 2^53.
-"""
+"""Numbers of a pair and its law. The law's own record follows, then the table of `laws.speeds`."""
 
 OPEN, SLIDING, SPRUNG, SPUN, UNSHEARED = 0.0, 1.0, 2.0, 3.0, 4.0
 PRESSED, EXPANDING, LASTING = 0.0, 1.0, 2.0
