@@ -72,11 +72,6 @@ class CodeFiles:
         with whole(self.path(key)) as part:
             part.write_bytes(hashlib.sha256(content).digest() + content)
 
-    def flush(self) -> None:
-        """Delete all files of the function."""
-        for path in self.folder.glob(f"{self.base}.*.nbc"):
-            path.unlink(missing_ok=True)
-
 
 class Cache(FunctionCache):
     """numba's cache of a function, with `CodeFiles`; reading and writing raise nothing when files fail.

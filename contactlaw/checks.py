@@ -3,7 +3,8 @@
 import difflib
 import operator
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import fields
 from decimal import Decimal
 from fnmatch import fnmatchcase
 from importlib import import_module
@@ -109,18 +110,37 @@ def unit_vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
     return array / length
 
 
-def fields_of(where: str, name: str, words: Iterable[str], known: Iterable[str]) -> dict[str, Any]:
-    """Parse words "field=number" or "field=number,number" into a dict; integers stay int, lists become tuples."""
-    known, given = list(known), {}
+def text_of(value: Any) -> str:
+    """Return the name of a dataclass of numbers and its fields that are not the default ones, as `named` reads them."""
+    given = ((field, getattr(value, field.name)) for field in fields(value))
+    words = (
+        f"{field.name}={','.join(map(repr, np.ravel(own).tolist()))}" for field, own in given if own != field.default
+    )
+    return " ".join([value.name, *words])
+
+
+def named(argument: str, text: Any, known: Mapping[str, type]) -> Any:
+    """Return the dataclass, one of the known ones, that "name field=number field=number,number" describes.
+
+    Integers stay int, lists become tuples.
+
+    Raises:
+        ValueError: There is no such name or field, one is missing, or the class refuses a value.
+    """
+    name, *words = text.split() if isinstance(text, str) and text.strip() else [text]
+    kind, given = known[one_of(argument, name, known)], {}
     for word in words:
-        key, _, text = word.partition("=")
-        one_of(f"field of {name}", key, known)
+        key, _, value = word.partition("=")
+        one_of(f"field of {name}", key, [field.name for field in fields(kind)])
         try:
-            numbers = tuple(int(one) if one.lstrip("+-").isdigit() else float(one) for one in text.split(","))
+            numbers = tuple(int(one) if one.lstrip("+-").isdigit() else float(one) for one in value.split(","))
         except ValueError:
-            raise ValueError(f"{where}: {text!r} must be a number") from None
-        given[key] = numbers if "," in text else numbers[0]
-    return given
+            raise ValueError(f"{argument} = {text!r}: {value!r} must be a number") from None
+        given[key] = numbers if "," in value else numbers[0]
+    try:
+        return kind(**given)
+    except TypeError:
+        raise ValueError(f"{argument} = {text!r}: must name every field of {name} that has no default") from None
 
 
 def one_of(name: str, value: Any, allowed: Iterable[str]) -> str:

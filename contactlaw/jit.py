@@ -215,22 +215,14 @@ class _FasterCompilation:
 
 
 class _Report:
-    """Reports each compilation on stderr: its subject, its usual time, and that it happens once.
-
-    Attributes:
-        subjects: Stack of what is being compiled, innermost last; see `compiling`.
-        reported: Subjects that have been reported.
-        depth: Number of nested compilations.
-        cached: Whether the code can be cached.
-        seconds: Time spent compiling so far [s].
-    """
+    """Reports each compilation on stderr: its subject, its usual time, and that it happens once."""
 
     def __init__(self) -> None:
-        self.subjects = ["kernels: some seconds"]
-        self.reported: set[str] = set()
-        self.depth = 0
-        self.cached = True
-        self.seconds = self.began = 0.0
+        self.subjects = ["kernels: some seconds"]  # of what is being compiled, innermost last; see `compiling`
+        self.reported: set[str] = set()  # subjects
+        self.depth = 0  # of nested compilations
+        self.cached = True  # the code can be cached
+        self.seconds = self.began = 0.0  # time spent compiling so far [s]
         self.settings = _FasterCompilation()
 
     def begin(self) -> None:

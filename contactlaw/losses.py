@@ -9,7 +9,7 @@ subclass `OverSpeed` as a frozen dataclass of numbers, or tuples of numbers, wit
 """
 
 import re
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -194,10 +194,7 @@ class Table(OverSpeed):
 
 def text_of(value: float | OverSpeed) -> str:
     """Return the text from which `read` restores this number or curve exactly."""
-    if not isinstance(value, OverSpeed):
-        return repr(value)
-    given = ((field.name, np.ravel(getattr(value, field.name)).tolist()) for field in fields(value))
-    return " ".join([value.name, *(f"{name}={','.join(map(repr, one))}" for name, one in given)])
+    return checks.text_of(value) if isinstance(value, OverSpeed) else repr(value)
 
 
 def read(name: str, text: str) -> float | OverSpeed:
@@ -206,17 +203,11 @@ def read(name: str, text: str) -> float | OverSpeed:
     Raises:
         ValueError: The text describes neither; the message begins with the name.
     """
-    first, *words = [*text.split(), ""]
-    words = words[:-1]
-    if first not in KNOWN:
-        if not NUMBER.fullmatch(text.strip()):
-            raise ValueError(f"{name} = {text!r}: must be a number, or one of {', '.join(KNOWN)} with its fields")
-        return float(text)
-    given = checks.fields_of(f"{name} = {text!r}", first, words, [field.name for field in fields(KNOWN[first])])
-    try:
-        return KNOWN[first](**given)
-    except TypeError:
-        raise ValueError(f"{name} = {text!r}: must name every field of {first} that has no default") from None
+    if "".join(text.split()[:1]) in KNOWN:
+        return checks.named(name, text, KNOWN)
+    if not NUMBER.fullmatch(text.strip()):
+        raise ValueError(f"{name} = {text!r}: must be a number, or one of {', '.join(KNOWN)} with its fields")
+    return float(text)
 
 
 def numbers_of(restitution: float | OverSpeed, friction: float | OverSpeed) -> Array | None:

@@ -4,6 +4,7 @@ An array costs reference counting at run time, and a second of compilation in ev
 address costs nothing. The state of engines and of worlds is therefore read and written by address.
 """
 
+import ctypes
 from collections.abc import Callable
 from inspect import Parameter, Signature
 from typing import Any
@@ -14,6 +15,9 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
+from numpy.typing import NDArray
+
+from contactlaw.jit import INTERPRETED
 
 _INT64 = ir.IntType(64)
 
@@ -36,6 +40,9 @@ def caller(signature: Any) -> Any:
     `jit.address_of` gives addresses of functions of that signature.
     """
 
+    if INTERPRETED:
+        return lambda address, *values: PYTHON_FUNCTIONS[int(address)](*values)
+
     def build(context: Any, builder: Any, _: Any, values: Any) -> Any:
         nothing = signature.return_type == types.void
         result = ir.VoidType() if nothing else context.get_value_type(signature.return_type)
@@ -48,8 +55,29 @@ def caller(signature: Any) -> Any:
     return out
 
 
+PYTHON_FUNCTIONS: list[Callable[..., Any]] = []
+"""Without the compiler: what `caller` calls, by an index in place of the address."""
+
+
+def address_of_python(function: Callable[..., Any], numbers: np.dtype) -> int:
+    """Return the index of a Python function whose second argument, the address of a record, it takes as the record."""
+    law_at = element(numbers)
+    PYTHON_FUNCTIONS.append(lambda first, address, *more: function(first, law_at(address, 0), *more))
+    return len(PYTHON_FUNCTIONS) - 1
+
+
+def record_at(address: Any, kind: Any, count: Any) -> NDArray[Any]:
+    """Return a view of records or numbers at an address."""
+    size = np.dtype(kind).itemsize * int(count)
+    whole: Any = (ctypes.c_uint8 * size).from_address(int(address)) if size else b""
+    return np.frombuffer(whole, kind)
+
+
 def element(dtype: np.dtype) -> Any:
     """Return an intrinsic that takes the address of an array of records and an index, and returns that record."""
+    if INTERPRETED:
+        kind: Any = np.dtype((np.record, dtype))
+        return lambda address, i: record_at(int(address) + i * dtype.itemsize, kind, 1)[0]
     kind = numba.from_dtype(dtype)
 
     def build(context: Any, builder: Any, _: Any, values: Any) -> Any:
@@ -87,8 +115,12 @@ load_int: Any = _intrinsic_of(
 )
 """Return the C int at an address."""
 
-doubles_at: Any = _intrinsic_of(
-    types.CPointer(types.float64)(types.uint64), lambda _, b, __, values: _pointer(b, values, ir.DoubleType())
+doubles_at: Any = (
+    (lambda address: ctypes.cast(int(address), ctypes.POINTER(ctypes.c_double)))
+    if INTERPRETED
+    else _intrinsic_of(
+        types.CPointer(types.float64)(types.uint64), lambda _, b, __, values: _pointer(b, values, ir.DoubleType())
+    )
 )
 """Convert an address to a pointer to float64."""
 

@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 
 from contactlaw import LAWS, Body, ContactPair, Law, collide, force_along_path, rebound
+from contactlaw.checks import text_of
 from contactlaw.jit import jit
-from contactlaw.laws import choices, law_of, sectors, text_of
+from contactlaw.laws import choices, law_of, sectors
 from contactlaw.laws.microslip import Microslip, half_line_nodes
 from contactlaw.laws.record import CONTACT, PAIR, PAIR_SIZE, ask_energy, ask_stiffness, pair_of
 from contactlaw.laws.slip import carried, held

@@ -64,19 +64,12 @@ curve = lru_cache(maxsize=32)(Curve)
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A table of impacts, and the curve to be fitted.
-
-    Attributes:
-        impacts: n impacts.
-        curve: The law.
-        grid: Places of the map, shape (m, k, 2); k = 1: kappa is held.
-        column: Index of the given kappa on the map.
-    """
+    """A table of impacts, and the curve to be fitted."""
 
     impacts: Impacts
     curve: Curve
-    grid: Array
-    column: int
+    grid: Array  # places of the map, shape (m, k, 2); k = 1: kappa is held
+    column: int  # index of the given kappa on the map
 
     @property
     def fitted(self) -> int:

@@ -36,27 +36,16 @@ def widening(misfit: float, freedom: int, known: bool) -> tuple[float, float] | 
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """Fit of a table and the values that it allows.
+    """Fit of a table and the values that it allows."""
 
-    Attributes:
-        used: Mask of the impacts used, shape (n,).
-        best: mu and kappa of the best fit, shape (2,).
-        misfit: chi^2 of the best fit with the given errors; in (m/s)^2 if none are given.
-        freedom: Number of impacts less parameters on which the residuals depend.
-        scatter: Factor from the assumed errors to those that the residuals indicate; None: not known.
-        reach: 95 % of the errors lie within this multiple of the assumed errors; inf: not known.
-        ranges: Least and greatest mu and kappa allowed at 95 %, shape (2, 2); 0 and inf where the map ends first.
-        allowed: mu and kappa of places within the range, shape (m, 2).
-    """
-
-    used: Mask
-    best: Array
-    misfit: float
-    freedom: int
-    scatter: float | None
-    reach: float
-    ranges: Array
-    allowed: Array
+    used: Mask  # of the impacts used, shape (n,)
+    best: Array  # mu and kappa of the best fit, shape (2,)
+    misfit: float  # chi^2 of the best fit with the given errors; in (m/s)^2 if none are given
+    freedom: int  # number of impacts less parameters on which the residuals depend
+    scatter: float | None  # factor from the assumed errors to those that the residuals indicate; None: not known
+    reach: float  # 95 % of the errors lie within this multiple of the assumed errors; inf: not known
+    ranges: Array  # least and greatest mu and kappa allowed at 95 %, shape (2, 2); 0 and inf where the map ends first
+    allowed: Array  # mu and kappa of places within the range, shape (m, 2)
 
     def determined(self, which: int) -> bool:
         """Whether the range of mu (0) or kappa (1) is closed and narrow."""

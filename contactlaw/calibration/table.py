@@ -18,21 +18,13 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class Impacts:
-    """A checked table of n impacts.
+    """A checked table of n impacts."""
 
-    Attributes:
-        velocities: V_z1, V_x1, V_z2, V_x2 [m/s], shape (4, n).
-        errors: Standard deviations of the velocities [m/s], shape (4, n); all 1 if they are not known.
-        known_errors: Whether the errors are known.
-        mass_ratio: m_N/m_T.
-        own_restitution: Whether V_z2 was measured, so that its error counts.
-    """
-
-    velocities: Array
-    errors: Array
+    velocities: Array  # V_z1, V_x1, V_z2, V_x2 [m/s], shape (4, n)
+    errors: Array  # standard deviations of the velocities [m/s], shape (4, n); all 1 if they are not known
     known_errors: bool
-    mass_ratio: float
-    own_restitution: bool
+    mass_ratio: float  # m_N/m_T
+    own_restitution: bool  # V_z2 was measured, so that its error counts
 
     @property
     def size(self) -> int:

@@ -35,18 +35,9 @@ def law_of(value: str | Law) -> Law:
         return value
     if isinstance(value, str) and value in LAWS:
         return LAWS[value]
-    name, *words = value.split() if isinstance(value, str) and value.strip() else [value]
-    kind = KNOWN[checks.one_of("law", name, KNOWN)]
-    return kind(**checks.fields_of(f"law = {value!r}", name, words, [field.name for field in fields(kind)]))
+    return checks.named("law", value, KNOWN)
 
 
 def choices() -> str:
     """Return the names of all known laws with their fields, for a help text."""
     return "|".join("".join([name, *(f" {field.name}=..." for field in fields(law))]) for name, law in ranked())
-
-
-def text_of(law: Law) -> str:
-    """Return the text from which `law_of` restores this law."""
-    given = [f"{field.name}={getattr(law, field.name)!r}" for field in fields(law)
-             if getattr(law, field.name) != field.default]  # fmt: skip
-    return " ".join([law.name, *given])

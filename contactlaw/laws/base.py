@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from contactlaw.jit import INTERPRETED, address_of
 from contactlaw.laws import record
 from contactlaw.laws.slip import stuck_stiffness
+from contactlaw.memory import address_of_python
 
 Array = NDArray[np.float64]
 Impacts = Callable[[Array, Array, Array], object]
@@ -136,9 +137,7 @@ def _addresses(given: tuple[Callable[..., Any], ...], numbers: np.dtype) -> tupl
     """Compile the functions of a law for its record and return their addresses."""
     functions = [getattr(function, "py_func", function) for function in given]
     if INTERPRETED:
-        keys = range(len(record.FUNCTIONS), len(record.FUNCTIONS) + len(functions))
-        record.FUNCTIONS |= {key: (function, numbers) for key, function in zip(keys, functions, strict=True)}
-        return tuple(map(float, keys))
+        return tuple(float(address_of_python(function, numbers)) for function in functions)
     contact, law, number = record.CONTACT_TYPE, numba.from_dtype(numbers), numba.types.float64
     signatures = (
         numba.types.UniTuple(number, 2)(contact, law, record.MEMORY_TYPE, number, number, number),

@@ -58,34 +58,20 @@ class Motion(NamedTuple):
     """A scaled normal motion at steps + 1 instants; all arrays have shape (steps + 1,), v_mid (steps,).
 
     With linear normal springs delta is y and time is phase.
-
-    Attributes:
-        deepest: Greatest overlap of these instants.
-        theta: Phase.
-        delta: Overlap.
-        root: Square root of the overlap.
-        force: Normal force.
-        ratio: Normal force over the undamped one.
-        v_mid: Closing speed in the middle of each step.
-        drop: Decrease of the closing speed from half a step before an instant to half a step after.
-        speed: Closing speed.
-        energy: Elastic energy.
-        instant: Time.
-        step: Time to the next instant.
     """
 
-    deepest: float
-    theta: Array
-    delta: Array
-    root: Array
-    force: Array
-    ratio: Array
-    v_mid: Array
-    drop: Array
-    speed: Array
-    energy: Array
-    instant: Array
-    step: Array
+    deepest: float  # greatest overlap of these instants
+    theta: Array  # phase
+    delta: Array  # overlap
+    root: Array  # its square root
+    force: Array  # normal force
+    ratio: Array  # normal force over the undamped one
+    v_mid: Array  # closing speed in the middle of each step
+    drop: Array  # decrease of the closing speed from half a step before an instant to half a step after
+    speed: Array  # closing speed
+    energy: Array  # elastic energy
+    instant: Array  # time
+    step: Array  # time to the next instant
 
 
 @jit

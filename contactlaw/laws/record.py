@@ -3,14 +3,13 @@
 Calls by address let kernels that were compiled earlier run any law.
 """
 
-from collections.abc import Callable
 from typing import Any
 
 import numba
 import numpy as np
 from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
-from numba.extending import overload
 
+from contactlaw.jit import jit, jit_inline
 from contactlaw.memory import caller, doubles_at, element
 
 
@@ -30,48 +29,40 @@ def record_of(**values: Any) -> np.ndarray:
 
 
 CONTACT = np.dtype((np.record, record(
-    "state", "course", "overlap", "before", "closing", "force", "elastic", "ratio", "f", "g", "reach", "scale",
-    "mass", "tangential_mass", "stiffness", "e_star", "g_star", "radius", "friction", "mu", "zeta",
+    # OPEN: not touched yet. SLIDING: as a whole, since the touch or, by `microslip`, since all nodes slip. SPRUNG:
+    # followed by the springs of the law. SPUN: followed by `laws.sectors` in place of the law. UNSHEARED (`microslip`
+    # only): no tangential displacement yet
+    "state",
+    # of the damped normal motion: PRESSED at first; EXPANDING once the bodies separate; LASTING, a persistent contact,
+    # once they approach again without having parted
+    "course",
+    "overlap", "before",  # now and at the start of the step [m]; negative: apart
+    "closing",  # mean closing speed over the step [m/s]
+    "force", "elastic",  # normal force P [N], with and without the damper
+    "ratio",  # tangential force over that of the springs alone, see `slip.carried`
+    "f", "g",  # tangential force along both tangents [N]; that of the previous step until the law updates it
+    "reach",  # greatest overlap foreseen at the touch [m]
+    "scale",  # for the law's own use; span of the nodes [m] in `microslip`
+    "mass", "tangential_mass",  # effective masses at the touch [kg]; infinite if the motion is prescribed
+    "stiffness",  # k of P = k delta^1.5 [N/m^1.5], or of a linear spring [N/m]
+    "e_star", "g_star", "radius",  # effective moduli [Pa] and effective radius [m]
+    "friction", "mu", "zeta",  # part of mu that spin leaves; friction coefficient and damping ratio of the touch
+    # anisotropy s of an elliptic contact, whose longer axis is the first tangent; `laws.ellipse` then replaces the law.
+    # 0: circular
     "skew",
 )))  # fmt: skip
-"""State of one contact.
-
-state: OPEN: not touched yet. SLIDING: as a whole, since the touch or, by `microslip`, since all nodes slip. SPRUNG:
-    followed by the springs of the law. SPUN: followed by `laws.sectors` in place of the law. UNSHEARED (`microslip`
-    only): no tangential displacement yet.
-course: of the damped normal motion: PRESSED at first; EXPANDING once the bodies separate; LASTING, a persistent
-    contact, once they approach again without having parted.
-overlap, before: overlap now and at the start of the step [m]; negative: apart.
-closing: mean closing speed over the step [m/s].
-force, elastic: normal force P [N], with and without the damper.
-ratio: tangential force over that of the springs alone, see `slip.carried`.
-f, g: tangential force along both tangents [N]; that of the previous step until the law updates it.
-reach: greatest overlap foreseen at the touch [m].
-scale: for the law's own use; span of the nodes [m] in `microslip`.
-mass, tangential_mass: effective masses at the touch [kg]; infinite if the motion is prescribed.
-stiffness: k of P = k delta^1.5 [N/m^1.5], or of a linear spring [N/m].
-e_star, g_star, radius: effective moduli [Pa] and effective radius [m].
-mu, zeta: friction coefficient and damping ratio of the touch. friction: the part of mu that spin leaves.
-skew: anisotropy s of an elliptic contact, whose longer axis is the first tangent; `laws.ellipse` then replaces the law.
-    0: circular.
-"""
+"""State of one contact."""
 
 PAIR = record(
-    "e_star", "g_star", "radius", "friction", "zeta", "duration", "g_t", "rolling", "speeds", "linear", "vectors",
-    "sectors", "force_at", "stiffness_at", "energy_at",
+    "e_star", "g_star", "radius", "friction", "zeta",  # as in `CONTACT`
+    "duration",  # of an impact, times speed over the greatest overlap of the undamped one
+    "g_t", "rolling",  # modulus G_t of torsion [Pa]; coefficient of rolling resistance
+    "speeds",  # offset of the table of `laws.speeds`, in numbers; 0: friction and zeta do not depend on speed
+    "linear", "vectors",  # 1 if the normal spring is linear; number of vectors that the law remembers
+    "sectors",  # 1 if `laws.sectors` may replace the law
+    "force_at", "stiffness_at", "energy_at",  # addresses of the law's functions, integers below 2^53
 )  # fmt: skip
-"""Numbers of a pair and its law. The law's own record follows, then the table of `laws.speeds`.
-
-e_star, g_star, radius, friction, zeta: as in `CONTACT`.
-duration: duration of an impact times speed over the greatest overlap of the undamped one.
-g_t: modulus G_t of torsion [Pa].
-rolling: coefficient of rolling resistance.
-speeds: offset of the table of `laws.speeds`, in numbers; 0: friction and zeta do not depend on speed.
-linear: 1 if the normal spring is linear.
-vectors: number of vectors that the law remembers.
-sectors: 1 if `laws.sectors` may replace the law.
-force_at, stiffness_at, energy_at: addresses of the law's functions, integers below 2^53.
-"""
+"""Numbers of a pair and its law. The law's own record follows, then the table of `laws.speeds`."""
 
 OPEN, SLIDING, SPRUNG, SPUN, UNSHEARED = 0.0, 1.0, 2.0, 3.0, 4.0
 PRESSED, EXPANDING, LASTING = 0.0, 1.0, 2.0
@@ -80,45 +71,6 @@ CONTACT_SIZE, PAIR_SIZE = len(CONTACT.names or ()), len(PAIR.names or ())
 
 CONTACT_TYPE = numba.from_dtype(CONTACT)
 MEMORY_TYPE = types.Array(types.float64, 2, "C")
-
-FUNCTIONS: dict[int, tuple[Callable[..., Any], np.dtype]] = {}
-"""Without the compiler: functions of laws and their records, by a number in place of the address."""
-
-
-def _record_view(values: np.ndarray, kind: np.dtype) -> Any:
-    return values[: kind.itemsize // 8].view(np.dtype((np.record, kind)))[0]
-
-
-def _vectors(pair: Any, memory: np.ndarray) -> np.ndarray:
-    return memory[: 2 * int(pair.vectors)].reshape(2, -1)
-
-
-def pair_of(values: Any) -> Any:
-    """View of the pair at the start of an array of numbers."""
-    return _record_view(values, PAIR)
-
-
-def ask_force(pair: Any, contact: Any, law: Any, memory: Any, du: float, dv: float, dt: float) -> tuple[float, float]:
-    """Return the tangential force along both tangents [N] by the law of a pair.
-
-    law: numbers of the law, flat. memory: its vectors, flat: all components along the first tangent, then those along
-    the second. du, dv: displacement over the step [m]. dt: step [s].
-    """
-    force, kind = FUNCTIONS[int(pair.force_at)]
-    return force(contact, _record_view(law, kind), _vectors(pair, memory), du, dv, dt)
-
-
-def ask_stiffness(pair: Any, contact: Any, law: Any) -> float:
-    """Return the tangential stiffness of a contact that sticks everywhere [N/m]."""
-    stiffness, kind = FUNCTIONS[int(pair.stiffness_at)]
-    return stiffness(contact, _record_view(law, kind))
-
-
-def ask_energy(pair: Any, contact: Any, law: Any, memory: Any) -> float:
-    """Return the elastic energy of the tangential springs [J]."""
-    energy, kind = FUNCTIONS[int(pair.energy_at)]
-    return energy(contact, _record_view(law, kind), _vectors(pair, memory))
-
 
 _pair_at = element(PAIR)
 _NUMBER = types.float64
@@ -129,33 +81,36 @@ _call_stiffness: Any = caller(_NUMBER(CONTACT_TYPE, types.uint64))
 _call_energy: Any = caller(_NUMBER(CONTACT_TYPE, types.uint64, MEMORY_TYPE))
 
 
-@overload(pair_of, jit_options={"forceinline": True})
-def _pair_of(values):
-    return lambda values: _pair_at(types.uintp(values.ctypes.data), 0)
+@jit_inline
+def pair_of(values):
+    """View of the pair at the start of an array of numbers."""
+    return _pair_at(types.uintp(values.ctypes.data), 0)
 
 
-@overload(ask_force, jit_options={"forceinline": True})
-def _ask_force(pair, contact, law, memory, du, dv, dt):
-    def ask(pair, contact, law, memory, du, dv, dt):
-        vectors = carray(doubles_at(types.uintp(memory.ctypes.data)), (2, int(pair.vectors)))
-        return _call_force(
-            types.uintp(pair.force_at), contact, types.uintp(law.ctypes.data), vectors, float(du), float(dv), float(dt)
-        )
-
-    return ask
+@jit_inline
+def _vectors(pair, memory):
+    return carray(doubles_at(types.uintp(memory.ctypes.data)), (2, int(pair.vectors)))
 
 
-@overload(ask_stiffness)
-def _ask_stiffness(pair, contact, law):
-    return lambda pair, contact, law: _call_stiffness(
-        types.uintp(pair.stiffness_at), contact, types.uintp(law.ctypes.data)
-    )
+@jit_inline
+def ask_force(pair, contact, law, memory, du, dv, dt):
+    """Return the tangential force along both tangents [N] by the law of a pair.
+
+    law: numbers of the law, flat. memory: its vectors, flat: all components along the first tangent, then those along
+    the second. du, dv: displacement over the step [m]. dt: step [s].
+    """
+    numbers, vectors = types.uintp(law.ctypes.data), _vectors(pair, memory)
+    return _call_force(types.uintp(pair.force_at), contact, numbers, vectors, float(du), float(dv), float(dt))
 
 
-@overload(ask_energy)
-def _ask_energy(pair, contact, law, memory):
-    def ask(pair, contact, law, memory):
-        vectors = carray(doubles_at(types.uintp(memory.ctypes.data)), (2, int(pair.vectors)))
-        return _call_energy(types.uintp(pair.energy_at), contact, types.uintp(law.ctypes.data), vectors)
+@jit
+def ask_stiffness(pair, contact, law):
+    """Return the tangential stiffness of a contact that sticks everywhere [N/m]."""
+    return _call_stiffness(types.uintp(pair.stiffness_at), contact, types.uintp(law.ctypes.data))
 
-    return ask
+
+@jit
+def ask_energy(pair, contact, law, memory):
+    """Return the elastic energy of the tangential springs [J]."""
+    numbers, vectors = types.uintp(law.ctypes.data), _vectors(pair, memory)
+    return _call_energy(types.uintp(pair.energy_at), contact, numbers, vectors)

@@ -15,6 +15,14 @@ from contactlaw.laws.whole_impacts import impacts
 RESCALED = 1.0 / 3.0  # relative loss of a rescaled spring over that of P as the contact shrinks, (da/a)/(dP/P)
 
 
+@jit
+def stiffness_of(contact, law):
+    """k_T [N/m] at the present overlap."""
+    if law.linear != 0.0:
+        return contact.g_star / contact.e_star * contact.stiffness
+    return stuck_stiffness(contact)
+
+
 class SingleSpring(Law):
     """Base class of laws with one spring, dF = k_T ds, |F| <= mu P; its memory holds the elastic part of F.
 
@@ -24,6 +32,7 @@ class SingleSpring(Law):
     """
 
     rescaled: ClassVar[bool] = False
+    stiffness = staticmethod(stiffness_of)
 
     def numbers(self) -> NDArray[Any]:
         """Return `linear` and `rescaled`."""
@@ -57,11 +66,6 @@ class SingleSpring(Law):
         return carried(contact, f, g)
 
     @staticmethod
-    def stiffness(contact, law):
-        """Return k_T [N/m]."""
-        return stiffness_of(contact, law)
-
-    @staticmethod
     def energy(contact, law, memory):
         """F^2/(2 k_T) [J]."""
         limit = contact.friction * contact.elastic
@@ -71,11 +75,3 @@ class SingleSpring(Law):
     def impacts(self, zeta: float, steps: int) -> Impacts:
         """Integrate the same spring in scaled variables."""
         return impacts(zeta, steps, linear=self.linear, held=1.0 - RESCALED if self.rescaled else 1.0)
-
-
-@jit
-def stiffness_of(contact, law):
-    """k_T [N/m] at the present overlap."""
-    if law.linear != 0.0:
-        return contact.g_star / contact.e_star * contact.stiffness
-    return stuck_stiffness(contact)

@@ -52,13 +52,12 @@ from contactlaw.laws.step import ask
 
 RINGS = 16
 EDGES = (np.arange(RINGS + 1) / RINGS) ** 0.9  # radii over the span; closer towards the rim, where slip begins
-TORSION = record("span", "moment", twists=("f8", (RINGS,)), stored="f8", missed=("f8", (3,)))
-"""State of a contact under torsion.
-
-span: radius that the rings span [m]; 0: no spin since the touch. moment: moment against the spin [N m]. twists: elastic
-angles of the rings [rad]. stored: elastic energy [J] of `sectors`. missed: force and moment of the parallel spring of
-`sectors`.
-"""
+TORSION = record(
+    "span", "moment",  # radius that the rings span [m], 0: no spin since the touch; moment against the spin [N m]
+    twists=("f8", (RINGS,)),  # elastic angles of the rings [rad]
+    stored="f8", missed=("f8", (3,)),  # of `sectors`: elastic energy [J]; force and moment of the parallel spring
+)  # fmt: skip
+"""State of a contact under torsion."""
 
 FULL = 3.0 * pi / 16.0  # M_s over mu P a
 LEAST = 1e-9  # least share of friction that spin leaves for the tangential force

@@ -52,7 +52,7 @@ HEAD = record(
     sensing="i8", averages="i8", loads="u8", body_count="i8", sensors="u8", sensor_count="i8", centres="u8",
     # for each velocity its place in its tree, then the number of that, -1: none; then what `JOINTED` has places of
     places="u8",
-    signature="u8", content="u8",  # hashes of the model: of its sizes and names; of all numbers that the law reads
+    signature="u8", content="u8",  # hashes: of sizes and names of model and world; of all numbers that the law reads
     geoms="u8",  # address of the geom of each shape of the world
     reported="u8",  # address of the codes that have been reported of each instance, for all mjData: see `notices`
     lag="f8",  # [s] by which velocities of the engine are behind its coordinates

@@ -360,6 +360,12 @@ def reset(m, state, block, instance):
         forget_motion(world_at(head.world, 0))
 
 
+@c_callback(types.void(types.uintp, types.uintp, types.int32), layout.KEY)
+def look(m, d, instance):
+    """Bring the world to the state of mjData, for a readout from Python."""
+    load_state(head_of(m, d, instance))
+
+
 @c_callback(types.void(types.uintp, types.int32), layout.KEY)
 def destroy(d, instance):
     """Free the block of an instance."""

@@ -10,11 +10,10 @@ from typing import Any
 import mujoco
 import numpy as np
 from mujoco.introspect import ast_nodes, structs
-from numpy.typing import NDArray
 
 from contactlaw import checks
 from contactlaw.jit import jit_for
-from contactlaw.memory import element
+from contactlaw.memory import element, record_at
 
 _NUMBERS = {
     "int": "i4", "unsigned int": "u4", "float": "f4", "double": "f8", "char": "i1", "mjtNum": "f8", "mjtByte": "u1",
@@ -136,13 +135,6 @@ class ModelView:
 def hash_of(what: bytes) -> int:
     """Return a hash of bytes as an integer of eight bytes."""
     return int.from_bytes(hashlib.sha256(what).digest()[:8], "little")
-
-
-def record_at(address: Any, kind: Any, count: Any) -> NDArray[Any]:
-    """Return a view of records or numbers at an address."""
-    size = np.dtype(kind).itemsize * int(count)
-    whole: Any = (ctypes.c_uint8 * size).from_address(int(address)) if size else b""
-    return np.frombuffer(whole, kind)
 
 
 _MODEL = {field.name: field for field in structs.STRUCTS["mjModel"].fields}

@@ -125,19 +125,21 @@ class Model:
 
     def block(self, report: int) -> int:
         """Make a block for the leading instance and return its address; report: address of the function for reports."""
-        m, nq, nv = self._m, self._m.nq, self._m.nv
+        m, nq, nv, a = self._m, self._m.nq, self._m.nv, self.arrays
+        sizes = m.signature, a.memory.shape[1], a.bodies.size, a.pairs.size  # which tell how a state is laid out
         own = {instance.number: number for number, instance in enumerate(self._contacts)}
         leader = self._contacts[0].number
         senses, listed = sensors.rows_of(m, dict.fromkeys(instances(m), -1) | own)
         watch, values = self._watched()
-        geoms, shapes = self._geom_of_shape, self.arrays.shapes
+        geoms, shapes = self._geom_of_shape, a.shapes
         loose = set(shapes["body"][shapes["kind"] < CORNER].tolist())
         frees = [free | {"unguarded": free["body"] in loose} for free in self._frees]
         supply(STEP)
-        return build(self.arrays, {
+        return build(a, {
             "report": report, "body_count": m.nbody, "nq": nq, "nv": nv,
             "state": m.plugin_stateadr[leader], "size": m.plugin_statenum[leader], "row": self._row,
-            "signature": m.signature, "content": layout.hash_of(m.plugin_attr.tobytes() + values.tobytes()),
+            "signature": layout.hash_of(repr(sizes).encode()),
+            "content": layout.hash_of(m.plugin_attr.tobytes() + values.tobytes()),
             "recent": np.zeros(STARTS * (1 + nq + nv)), "left": np.zeros(1 + nq + 2 * nv), "given": np.zeros(nv),
             "frees": with_rows(np.zeros(0, FREE), frees), "free_count": len(frees),
             "mocaps": with_rows(np.zeros(0, MOCAP), self._mocaps), "mocap_count": len(self._mocaps),

@@ -10,15 +10,14 @@ from numpy.typing import NDArray
 
 from contactlaw import checks
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import HEAD, PUSH, STATE
+from contactlaw.mujoco_plugin.block import HEAD
 from contactlaw.mujoco_plugin.instances import ContactInstance, contact_instances
 from contactlaw.mujoco_plugin.layout import record_at
-from contactlaw.world.data.demand import READ, supply
 from contactlaw.world.data.records import BODY, CLOSED, CONTACT, FREE, PAIR, SHAPE, WORLD
 from contactlaw.world.readout import Ledger, ledger, mean_impulses
 
 Array = NDArray[np.float64]
-_READ = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64)
+_LOOK = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int)
 FIRST = object()  # stands for the first instance; not None, which a lookup of a name may have returned
 STUCK, SLIDING = 0.01, 1e-6  # tangential force over mu P: below the first; above 1 less the second
 
@@ -172,13 +171,10 @@ def view_of(model: mujoco.MjModel, data: mujoco.MjData, name: Any = FIRST) -> Vi
         number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_PLUGIN, name)
     if number not in known:
         raise ValueError(f"name = {name!r}: must be the name of a plugin instance of the model")
+    from contactlaw.mujoco_plugin import callbacks  # which can be compiled only once the plugin is registered
+
+    _LOOK(callbacks.look)(model._address, data._address, known[0])
     head = record_at(data.plugin_data[known[0]], HEAD, 1)[0]
-    state = data.plugin_state[int(head["state"]) :][: int(head["size"])]
-    token = state[:PUSH].view(STATE)["token"][0]
-    if token != head["token"]:
-        row = state[int(head["row"]) :]
-        _READ(supply(READ))(int(head["world"]), row.ctypes.data, row.size)
-        head["token"] = token
     head["calm"] = 0  # the caller may change something, such as friction
     return View(head, known.index(number))
 

@@ -57,29 +57,18 @@ class ContactState:
 
 @dataclass(eq=False)
 class Contact:
-    """The law between bodies of two sets; what one handle stands for.
+    """The law between bodies of two sets; what one handle stands for."""
 
-    Attributes:
-        pair: As the user gave it.
-        substeps: Least number in a contact.
-        sides: Shapes of both sets by body and link.
-        sets: Which of them may touch, by body and link.
-        fixed: Bodies that cannot move.
-        rounding: Radius of edges [m]; None: see `world.shapes.description.ROUNDING`.
-        groups: Whether collision groups turn off Bullet's response (`groups`), rather than a rule for each pair.
-        ruled: Bodies whose pairs have a rule; rules go before groups, and can be changed but not removed.
-        told: Pairs that have been warned of, and the text.
-    """
-
-    pair: ContactPair
-    substeps: int
-    sides: dict[Key, Side]
-    sets: Sets
-    fixed: set[int]
-    rounding: float | None = None
-    groups: bool = False
+    pair: ContactPair  # as the user gave it
+    substeps: int  # least number in a contact
+    sides: dict[Key, Side]  # shapes of both sets by body and link
+    sets: Sets  # which of them may touch, by body and link
+    fixed: set[int]  # bodies that cannot move
+    rounding: float | None = None  # radius of edges [m]; None: see `world.shapes.description.ROUNDING`
+    groups: bool = False  # collision groups turn off Bullet's response (`groups`), rather than a rule for each pair
+    # bodies whose pairs have a rule; rules go before groups, and can be changed but not removed
     ruled: set[int] = field(default_factory=set)
-    told: set[tuple[Key, Key, str]] = field(default_factory=set)
+    told: set[tuple[Key, Key, str]] = field(default_factory=set)  # pairs that have been warned of, and the text
 
     def find_fixed(self, client: int) -> None:
         """Find anew which bodies cannot move: one that has been given a mass may touch others that cannot."""

@@ -59,24 +59,15 @@ class Piece(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """One of the two bodies of a contact: a base (link -1) or a link, and its shape.
-
-    Attributes:
-        body, link: PyBullet's ids.
-        name: Of the link; empty for a base.
-        parent: Body and link that carries the link, which Bullet lets overlap with it at their joint; None for a base.
-        shape: "sphere", "box", ...; "compound" if the link has several shapes and some have no closed form.
-        pieces: Its shapes if they have a closed form, else none: PyBullet must find its nearest point.
-        reach: Greatest distance [m] of a measured shape from the centre of mass.
-    """
+    """One of the two bodies of a contact: a base (link -1) or a link, and its shape."""
 
     body: int
     link: int
-    name: str
-    parent: Key | None
-    shape: str
-    pieces: tuple[Piece, ...] = ()
-    reach: float = 0.0
+    name: str  # of the link; empty for a base
+    parent: Key | None  # what carries the link, which Bullet lets overlap with it at their joint; None for a base
+    shape: str  # "sphere", "box", ...; "compound" if the link has several shapes and some have no closed form
+    pieces: tuple[Piece, ...] = ()  # its shapes if they have a closed form; else PyBullet must find its nearest point
+    reach: float = 0.0  # greatest distance [m] of a measured shape from the centre of mass
 
     @property
     def measured(self) -> bool:
@@ -284,21 +275,14 @@ STEPS = 3.0  # search distance in steps of the present motion
 
 @dataclass(frozen=True)
 class Measured:
-    """A sphere or a capsule, and a shape whose distance PyBullet must measure.
-
-    Attributes:
-        one, other: Sphere or capsule; measured shape.
-        row_one, row_other: Rows of their bodies.
-        ends: Shapes of the world: the sphere, or the ends of the capsule.
-        planes: Shapes of the world: a tangent plane of the measured shape for each of `ends`.
-    """
+    """A sphere or a capsule, and a shape whose distance PyBullet must measure; the rows of their bodies."""
 
     one: Side
     other: Side
     row_one: int
     row_other: int
-    ends: list[int]
-    planes: list[int]
+    ends: list[int]  # shapes of the world: the sphere, or the ends of the capsule
+    planes: list[int]  # shapes of the world: a tangent plane of the measured shape for each of `ends`
 
     def place(self, client: int, world: Arrays, dt: float) -> None:
         """Place the tangent plane at the nearest point for a step dt [s]; other planes go out of reach."""

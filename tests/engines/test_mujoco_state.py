@@ -187,6 +187,20 @@ def test_a_damaged_state_is_dropped_with_a_warning(how):
     assert other.plugin_state[FIRST] in (0.0, 1.0)
 
 
+@pytest.mark.parametrize("how", ["count 1e9", "shape 0", "entry 20", "noise"])
+def test_a_damaged_state_is_dropped_by_a_readout_too(how):
+    spec, name = ball_on_floor(steel_pair(), 2e-3, gravity=9.81)
+    model = spec.compile()
+    data, other = mujoco.MjData(model), mujoco.MjData(model)
+    data.qpos[2] -= 1e-7
+    mujoco.mj_step(model, data, 20)
+    mujoco.mj_copyData(other, model, data)
+    damage(other.plugin_state, how)
+    with pytest.warns(ContactWarning, match="not written by a step of this model"):
+        assert contacts_of(model, other, name) == []
+    assert contacts_of(model, data, name)
+
+
 @pytest.mark.parametrize("how", ["count 1e9", "shape nan", "entry 20"])
 def test_damage_to_what_a_step_has_left_itself_is_not_looked_at(how):
     spec, _ = ball_on_floor(steel_pair(), 2e-3, gravity=9.81)

@@ -318,55 +318,33 @@ def numbers_of(tree: Any) -> dict[str, int]:
 
 
 class Arrays(NamedTuple):
-    """The arrays of a world.
-
-    Attributes:
-        bodies, shapes, pairs: Records.
-        near, contacts, guards: Records, with room to spare; `world` says how many are used.
-        memory: History that the laws keep of each contact, shape (contacts, size).
-        numbers: Parameters of the laws of all pairs (`ContactPair.parameters`).
-        points: Cores of hulls: their vertices [m] by direction, see `hulls.by_direction`, shape (n, 3).
-        groups: Index of the pair that shapes of two groups make, or -1.
-        spare: Stack of free contact slots, the next one last.
-        near_bodies: Numbers of the bodies that are near something or belong to a tree, in order.
-        roots: First bodies of the islands of a window.
-        island_bodies, island_pairs: Members of one island.
-        grid: Working memory of the broad phase.
-        saved_bodies: Two scratch bodies, then room for a copy of each body, see `access.save_body`.
-        trees: Records.
-        joints: Of all trees: coordinates, velocities, and all that is derived from them.
-        rows: Contacts of an island that takes an implicit step.
-        coasting: Models of contacts that coast, by slot.
-        saved_contacts, saved_memory: Contacts and their laws' history at the start of an implicit step.
-        equations: Working memory of an implicit step.
-        world: One record.
-    """
+    """The arrays of a world: records where nothing else is said."""
 
     bodies: Array
     shapes: Array
     pairs: Array
-    near: Array
+    near: Array  # with room to spare, like `contacts` and `guards`; `world` says how many are used
     contacts: Array
-    memory: Array
-    numbers: Array
-    points: Array
-    groups: Array
-    spare: Array
+    memory: Array  # history that the laws keep of each contact, shape (contacts, size)
+    numbers: Array  # parameters of the laws of all pairs (`ContactPair.parameters`)
+    points: Array  # cores of hulls: their vertices [m] by direction, see `hulls.by_direction`, shape (n, 3)
+    groups: Array  # index of the pair that shapes of two groups make, or -1
+    spare: Array  # stack of free contact slots, the next one last
     guards: Array
-    near_bodies: Array
-    roots: Array
-    island_bodies: Array
+    near_bodies: Array  # numbers of the bodies that are near something or belong to a tree, in order
+    roots: Array  # first bodies of the islands of a window
+    island_bodies: Array  # members of one island
     island_pairs: Array
-    grid: Array
-    saved_bodies: Array
+    grid: Array  # working memory of the broad phase
+    saved_bodies: Array  # two scratch bodies, then room for a copy of each body, see `saved.save_body`
     trees: Array
-    joints: Array
-    rows: Array
-    coasting: Array
-    saved_contacts: Array
+    joints: Array  # of all trees: coordinates, velocities, and all that is derived from them, as float64
+    rows: Array  # contacts of an island that takes an implicit step
+    coasting: Array  # models of contacts that coast, by slot
+    saved_contacts: Array  # contacts and their laws' history at the start of an implicit step
     saved_memory: Array
-    equations: Array
-    world: Array
+    equations: Array  # working memory of an implicit step
+    world: Array  # one record
 
     def bound(self) -> Arrays:
         """Write the addresses and sizes of the arrays into the records; returns itself."""
