@@ -1,6 +1,6 @@
 """Steel balls poured into a box: how it is built, when it rests, what it rests on, and what that costs."""
 
-from math import ceil
+from math import ceil, sqrt
 from time import process_time
 from types import SimpleNamespace
 from typing import Any
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from contactlaw import ContactPair
-from sims.contact_point import Array
+from sims.contact_point import Array, static_overlap
 from sims.options import ball_mass, of_ball
 from sims.scene import NATIVE, NONE, Settings
 from sims.worlds import World, new_world
@@ -44,10 +44,24 @@ def places(count: int, pitch: float = PITCH, radius: float = RADIUS, seed: int =
     return pitch * lattice + jitter + [-half, -half, 2.0 * radius], half
 
 
+def rolling_loss(o: Any = DEFAULT) -> float:
+    """Coefficient of rolling resistance of a ball on the floor, by hysteresis: 3/16 alpha a/R, a of its weight.
+
+    The share alpha of the elastic energy that a cycle of load takes is that of an impact, 1 - e^2. Source: Tabor,
+    Proc. R. Soc. A 229 (1955) 198.
+    """
+    pair = ContactPair(o.material, o.material, o.friction, o.restitution)
+    return 3.0 / 16.0 * (1.0 - o.restitution**2) * sqrt(static_overlap(pair, mass_of(o) * GRAVITY, o.radius) / o.radius)
+
+
 def poured(
-    settings: Settings, count: int, solver: str = "Newton", pitch: float = PITCH, o: Any = DEFAULT, seed: int = 0
-) -> Any:
-    """A world with the balls over the floor of the box; solver: MuJoCo's, where the contact is its own."""
+    settings: Settings, count: int, solver: str = "Newton", pitch: float = PITCH, o: Any = DEFAULT, seed: int = 0,
+    rolling: float = 0.0,
+) -> Any:  # fmt: skip
+    """A world with the balls over the floor of the box; solver: MuJoCo's, where the contact is its own.
+
+    rolling: coefficient of rolling resistance by the law.
+    """
     world: Any = new_world(settings, (0.0, 0.0, -GRAVITY))
     starts, half = places(count, pitch * o.radius / RADIUS, o.radius, seed)
     world.plane("floor")
@@ -63,7 +77,8 @@ def poured(
 
             world.spec.option.solver = getattr(mujoco.mjtSolver, f"mjSOL_{solver.upper()}")  # type: ignore[attr-defined]
     else:
-        world.contact(balls, [*balls, "floor", *WALLS], ContactPair(o.material, o.material, o.friction, o.restitution))
+        pair = ContactPair(o.material, o.material, o.friction, o.restitution, rolling_resistance=rolling)
+        world.contact(balls, [*balls, "floor", *WALLS], pair)
     return world
 
 

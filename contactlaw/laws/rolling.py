@@ -17,7 +17,7 @@ from math import sqrt
 
 from contactlaw.jit import jit
 
-CALM = 0.3  # damping of a persistent contact that hardly moves, as a share of critical damping
+CALM = 1.0  # damping of a persistent contact that hardly moves, as a share of critical damping: the soonest at rest
 
 
 @jit

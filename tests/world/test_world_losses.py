@@ -61,6 +61,13 @@ def test_a_rolling_ball_slows_stops_and_sleeps(tree: bool) -> None:
     assert world.position[0, 0] == pytest.approx(0.5 * 0.05**2 / slowing(), rel=1e-2)
 
 
+def test_little_resistance_brings_it_to_rest_soon() -> None:
+    """A spring as soft as that of steel by hysteresis swings once a second."""
+    world = rolling_ball(1e-4, resistance=4e-4)
+    world.step(3000)
+    assert world.asleep[0]
+
+
 def test_on_a_gentle_slope_it_stands_and_on_a_steeper_one_it_rolls() -> None:
     world = rolling_ball(0.0, 0.9 * RESISTANCE)
     world.step(500)
