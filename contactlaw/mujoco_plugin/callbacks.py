@@ -71,6 +71,8 @@ def move_world(head, w, state):
     known = known and checksums(head).left == end_checksum(head, shifted(start, 1), shifted(start, 1 + head.nq))
     for i in range(head.free_count):
         free.read_free(head, free_at(head.frees, i), known)
+        if head.tree_count > 0 and body_at(w.bodies, 1 + i).asleep == 0:
+            w.stale = 1  # what is listed near a free body decides which trees pass: it must be what is near now
     for i in range(head.mocap_count):
         read_mocap(head, w, mocap_at(head.mocaps, i), moved_at(shifted(state.ctypes.data, PUSH + 2 * head.nv), i))
     run_trees(head, FIND)

@@ -57,8 +57,8 @@ DATA = structure("mjData")[[
 ]]  # fmt: skip
 """The fields of mjData that compiled code uses; `MODEL`: those of mjModel."""
 MODEL = structure("mjModel")[[
-    "opt", "geom_bodyid", "D_rowadr", "D_diag", "jnt_type", "jnt_dofadr", "jnt_qposadr", "jnt_range", "site_type",
-    "site_size",
+    "opt", "geom_bodyid", "D_rowadr", "D_diag", "jnt_type", "jnt_dofadr", "jnt_qposadr", "jnt_range", "jnt_stiffness",
+    "dof_jntid", "site_type", "site_size",
 ]]  # fmt: skip
 data_at: Any = element(DATA)
 model_at: Any = element(MODEL)
@@ -66,7 +66,8 @@ GEOM = int(mujoco.mjtObj.mjOBJ_GEOM)
 JOINT_LIMIT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
 NO_GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
 NO_CONTACT = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
-NO_PASSIVE = int(mujoco.mjtDisableBit.mjDSBL_SPRING) | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
+NO_SPRING = int(mujoco.mjtDisableBit.mjDSBL_SPRING)
+NO_PASSIVE = NO_SPRING | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
 """With both flags set, MuJoCo computes no passive forces and does not call the plugin's compute."""
 RUNGE_KUTTA = int(mujoco.mjtIntegrator.mjINT_RK4)
 IMPLICITFAST = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)

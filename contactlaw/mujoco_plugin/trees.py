@@ -3,7 +3,9 @@
 Forces. All forces on the joints are those that the engine had in its step (applied, springs, actuators, limits, other
 constraints) without the force given for contacts. They are constant within the step, except those of limits and
 equalities, and except damping: f + D (v - v_f), where D = df/dv is the engine's own derivative of passive and actuator
-forces, and v_f the velocities that it last evaluated forces at (under Runge-Kutta near the step's end). `free` tells
+forces, and v_f the velocities that it last evaluated forces at (under Runge-Kutta near the step's end). A spring of
+stiffness k at a joint adds h/2 k to the damping, as its mean force in a step of h [s] is that at the mean of both ends:
+the force of the start, held, would give (k/m) h^2/2 of the energy in each step of a contact that lasts. `free` tells
 how velocities are read and written. Here too the half step uses the acceleration of the tree at rest alone: with the
 centripetal terms energy would be gained, and damping may be stiff.
 
@@ -202,6 +204,8 @@ def read_tree(head, j, t):
     """Read coordinates and velocities at the start of the step, and the forces besides contacts."""
     m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
     f, v, damping = vector(t.f, n), vector(t.v, n), vector(t.d, (n, n))
+    half = 0.0 if m.opt.disableflags & layout.NO_SPRING else 0.5 * head.step_size
+    ahead = half if head.start == last_state(head) else -half  # from where forces were evaluated to the middle
     coordinates, velocities = places_in(head, head.start)
     store(t.gravity, load(head.gravity))
     t.coupled = 0
@@ -222,6 +226,9 @@ def read_tree(head, j, t):
                     t.coupled = 1
                 entries, carrier = entries - 1, axis_at(t.axes, carrier).carrier
             other = axis_at(t.axes, other).parent
+        spring = number(m.jnt_stiffness, entry(m.dof_jntid, k))
+        damping[i, axis.depth] += half * spring
+        f[i] -= ahead * spring * number(velocities, k)
     read_equalities(head, j, t)
     t.stale, t.span = 1, head.step_size
     if d.nl > 0:

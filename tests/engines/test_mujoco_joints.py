@@ -249,3 +249,24 @@ def test_a_light_link_that_carries_a_heavy_one_gains_no_energy_from_an_impact(in
         mujoco.mj_step(model, data)
     assert max(energies) < energies[0] * 1.02
     assert energies[-1] < 0.8 * energies[0]
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "RK4", "implicitfast"])
+@pytest.mark.parametrize("timestep", [2e-3, 2e-4], ids=["implicit", "resolved"])
+def test_what_a_spring_swings_over_the_floor_keeps_its_energy(timestep, integrator):
+    """A ball that gravity presses onto a smooth floor, thirteen times to and fro at omega h = 0.2."""
+    stiffness = (0.2 / timestep) ** 2
+    model = load_model(
+        f"""<mujoco><option timestep="{timestep}" integrator="{integrator}"/><worldbody>
+        <geom name="floor" type="plane" size="1 1 1"/><body pos="0 0 .025"><joint type="slide" axis="0 0 1"/>
+        <joint type="slide" axis="1 0 0" stiffness="{stiffness}"/><geom name="ball" size=".025" mass="1"/></body>
+        </worldbody></mujoco>""",
+        [("ball", "floor", ContactPair("steel", "steel", friction=0.0, restitution=0.5))],
+    )
+    data = mujoco.MjData(model)
+    data.qpos[1] = 0.01
+    begun = stiffness * data.qpos[1] ** 2
+    for step in range(400):
+        mujoco.mj_step(model, data)
+        if step > 20:
+            assert stiffness * data.qpos[1] ** 2 + data.qvel[1] ** 2 == pytest.approx(begun, rel=0.03)

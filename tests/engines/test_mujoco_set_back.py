@@ -195,6 +195,24 @@ def test_trees_set_back_at_any_step_go_on_to_the_bit(name):
         assert np.array_equal(state_of(model, other), state_of(model, data)), number
 
 
+def test_a_tree_that_a_ball_falls_past_goes_on_to_the_bit():
+    """So must whether it passes by a body that is near enough to be listed, and no nearer."""
+    model = law_for(
+        "<body pos='0 0 .5'><joint axis='0 1 0'/><geom type='capsule' fromto='0 0 0 0 0 -.2' size='.02'/>"
+        "<body pos='0 0 -.2'><joint axis='0 1 0'/><geom type='capsule' fromto='0 0 0 0 0 -.1' size='.01'/></body>"
+        "</body><body pos='.1 0 .6'><freejoint/><geom type='sphere' size='.02'/></body>"
+    )
+    data, other = mujoco.MjData(model), mujoco.MjData(model)
+    data.qvel[:3] = [-2.0, 3.0, 0.0]
+    for number in range(150):
+        saved = state_of(model, data)
+        mujoco.mj_step(model, data)
+        mujoco.mj_resetData(model, other)
+        mujoco.mj_setState(model, other, saved, WHOLE)
+        mujoco.mj_step(model, other)
+        assert np.array_equal(state_of(model, other), state_of(model, data)), number
+
+
 def law_for(bodies, floor="type='plane' size='1 1 1'", option="timestep='2e-3'"):
     text = f"<mujoco><option {option}/><worldbody><geom {floor}/>{bodies}</worldbody></mujoco>"
     return load_model(text, [("*", "*", steel_pair(friction=0.3, restitution=0.5))])
