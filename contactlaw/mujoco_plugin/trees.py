@@ -226,9 +226,10 @@ def read_tree(head, j, t):
                     t.coupled = 1
                 entries, carrier = entries - 1, axis_at(t.axes, carrier).carrier
             other = axis_at(t.axes, other).parent
-        spring = number(m.jnt_stiffness, entry(m.dof_jntid, k))
-        damping[i, axis.depth] += half * spring
-        f[i] -= ahead * spring * number(velocities, k)
+        stiffness = number(m.jnt_stiffness, entry(m.dof_jntid, k))
+        axis.spring = half * stiffness
+        damping[i, axis.depth] += axis.spring
+        f[i] -= ahead * stiffness * number(velocities, k)
     read_equalities(head, j, t)
     t.stale, t.span = 1, head.step_size
     if d.nl > 0:

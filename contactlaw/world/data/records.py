@@ -142,6 +142,7 @@ AXIS = record(
     carrier="i8", parent="i8", depth="i8",  # axis that carries it, next in its row of the factor, or -1; how many
     begins="i8",  # 0: second or third axis of a ball joint; all three turn with what carries the joint
     armature="f8",  # [kg] or [kg m^2], inertia of the joint itself
+    spring="f8",  # half a step times the stiffness of its spring, a part of the damping D, see `mujoco_plugin.trees`
     inertia="f8", inverse="f8",  # its diagonal entry of the mass matrix; inverse pivot of the factor
     spin=VECTOR, velocity=VECTOR,  # Jacobian: spin of all it carries and its velocity at the origin, by unit speed
     # an active soft limit, see `trees.dynamics.limit_force`

@@ -121,6 +121,18 @@ def whirls(s, a, n, spin, time):
 
 
 @jit_inside
+def takes_one_stage(w, bodies, pairs):
+    """Return whether an island takes one stage: it has a tree, and no contact slides as a whole."""
+    if not has_tree(w, bodies):
+        return False
+    for i in range(pairs):
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        if p.closed != 0 and slips_fully(contact_at(w.contacts, p.slot).touch):
+            return False
+    return True
+
+
+@jit_inside
 def has_tree(w, bodies):
     """Return whether an island has bodies of a tree."""
     out = False

@@ -9,6 +9,9 @@ with the contact forces F where the bodies are then. Two such stages, b = (1 - 1
 that damps what is stiff (Alexander, SIAM J. Numer. Anal. 14 (1977), the method S2): bodies that slide or roll under a
 constant load move correctly, vibrations decay. Newton's method solves a stage; it keeps the factors of its matrix while
 it converges well, and each iteration conserves momentum. If it does not converge, nothing is changed.
+
+In trees, forces in the joints are those of the start of the step. Two stages would then add omega^2 h/2 of its energy a
+second to a vibration. One stage b = h, which keeps that energy as engines do, replaces them unless a contact slides.
 """
 
 from math import isfinite, sqrt
@@ -38,6 +41,7 @@ from contactlaw.world.implicit.acceptance import (
     energy,
     is_persistent,
     is_steady,
+    takes_one_stage,
 )
 from contactlaw.world.implicit.equations import (
     ACCELERATION,
@@ -105,15 +109,17 @@ def take_step(w, bodies, pairs):
 
     If not, bodies and contacts are as before.
     """
+    stages = 1 if takes_one_stage(w, bodies, pairs) else 2
+    stage = GAMMA * w.step if stages == 2 else w.step
     begin_step(w, bodies, pairs)
     before, _ = energy(w, bodies, pairs)
-    solved = solve_stages(w, bodies, pairs)
+    solved = solve_stages(w, bodies, pairs, stage)
     accepted = solved and not changes_regime(w, pairs)
     if accepted:
         after, size = energy(w, bodies, pairs)
         accepted = after - before <= ENERGY_GAIN * size
     if accepted:
-        add_impulses(w, pairs, GAMMA * w.step)
+        add_impulses(w, pairs, stage)
         w.implicit += 1
     for i in range(bodies):
         finish_body(w, whole_at(w.island_bodies, i), solved, accepted)
@@ -123,9 +129,8 @@ def take_step(w, bodies, pairs):
 
 
 @jit_inside
-def solve_stages(w, bodies, pairs):
-    """Solve both stages; return whether Newton's method converged."""
-    stage = GAMMA * w.step
+def solve_stages(w, bodies, pairs, stage):
+    """Solve one stage if `stage` [s] is the whole step, else two; return whether Newton's method converged."""
     begin_stage(w, stage, 0.0)
     steady = is_steady(w, bodies, pairs)
     if steady:
@@ -133,6 +138,8 @@ def solve_stages(w, bodies, pairs):
     before = w.solved
     if not solve(w, bodies, pairs, stage, stage, 0.0):
         return False
+    if stage == w.step:
+        return True
     add_impulses(w, pairs, w.step - stage)
     begin_stage(w, stage, w.step - stage)
     if steady:
@@ -240,7 +247,7 @@ def solve(w, bodies, pairs, stage, time, previous):
     """Solve a stage [s] for VELOCITY and place the bodies at its end; return whether Newton's method converged.
 
     time: of the end of the stage [s], from the start of the step. previous: residual before; NEVER: begin with the
-    factors of the first stage, 0.0: that has not factorised. Of the first stage only VELOCITY is needed: the
+    factors of the first stage, 0.0: that has not factorised. Of the first of two stages only VELOCITY is needed: the
     contacts are not evaluated once more if, by the contraction of the last two residuals or of new factors, the next
     one is within the tolerance.
     """

@@ -34,7 +34,8 @@ def write_masses(b):
 def add_damping(b):
     """Add damping and active limits to the matrix at `weights`; x <- their force, less that at the start of the step.
 
-    With D and limits as in `trees.dynamics`: b D + b^2 K, and -D (V - v) and the change of a limit's force.
+    With D and limits as in `trees.dynamics`: b D + b^2 K, and -D (V - v) and the change of a limit's force. In a single
+    stage springs keep the force of the start, which then neither adds to their energy nor takes from it.
     """
     t = tree_at(b.tree, 0)
     n = t.v_size
@@ -45,6 +46,9 @@ def add_damping(b):
     for k in range(n):
         axis = axis_at(t.axes, k)
         i, p = k, axis.depth
+        if axis.spring != 0.0 and t.stage == t.span:
+            out[k, k] -= t.stage * axis.spring
+            x[k] += axis.spring * v[k]
         while i >= 0:
             out[k, i] += t.stage * d[k, p]
             x[k] -= d[k, p] * (v[i] - v0[i])
