@@ -117,6 +117,8 @@ class Bodies:
             a.ctypes.data for a in (self._state, self.rows, self._selected)
         )
         head["count"] = len(self.keys)
+        for one in self.trees:
+            one.bind(self.arrays)
         self._flies, self._sleep = False, False
         self._stood = list[Any]()  # poses of fixed bodies when all bodies were found to be far apart
         self._last, self._after = [NOTHING] * len(self.keys), [()] * len(self.keys)  # read before and after a step
@@ -174,13 +176,13 @@ class Bodies:
             if now != was:
                 write(*now[0], *now[1])
         for one in self.trees:
-            one.read_forces(self.arrays, self.dt)
+            one.read_forces(self.dt)
         done = self._finish_step()
         self._sleep = done == ASLEEP and self._simple
         if done >= FLAGS:
             self._put(done // FLAGS)
         for one in self.trees:
-            one.write_back(self.arrays, self.dt, self._is_pressed(one))
+            one.write_back(self.dt, self._is_pressed(one))
         return done
 
     def _begin_step(self) -> int:
@@ -199,8 +201,8 @@ class Bodies:
             self._refuse()
         found = pushed == PLACED
         for one in self.trees:
-            one.begin_step(self.arrays, self._head["gravity"][0])
-            one.set_tree(self.arrays, self.dt)
+            one.begin_step(self._head["gravity"][0])
+            one.set_tree(self.dt)
             self.rows["placed"][one.members] = one.placed
             found |= one.placed
         if found:
@@ -276,7 +278,7 @@ class Bodies:
             if one.placed:
                 self.arrays.bodies["held"][:, 0] = np.nan
                 one.pressed = self._is_pressed(one)
-                one.set_tree(self.arrays, self.dt)
+                one.set_tree(self.dt)
 
     def _is_pressed(self, one: Tree) -> bool:
         return bool(self.rows["pressed"][one.members].any())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from copy import deepcopy
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,8 +20,7 @@ from contactlaw.world.data.records import EDITED, FREE, Arrays
 from contactlaw.world.readout import DOUBTFUL, Ledger, doubt_value, ledger, mean_impulses
 from contactlaw.world.shapes.description import tangent
 
-# state that is saved, and kept when contacts are added or removed: of `Tree`, and of a body of the world
-TREE_STATE = ("left", "force", "push", "pressed", "last_torque", "limit", "strongest")
+# state of a body of the world that is kept when contacts are added or removed
 BODY_STATE = ("asleep", "held", "momentum", "position", "quaternion", "axes")
 
 
@@ -33,7 +31,7 @@ class Saved(NamedTuple):
     handles: tuple[int, ...]
     arrays: Arrays
     rows: np.ndarray
-    jointed: list[dict[str, Any]]
+    jointed: list[tuple[dict[str, Any], bool]]
 
 
 class Scene:
@@ -173,7 +171,7 @@ class Scene:
     def save(self) -> Saved:
         """Return a copy of all state."""
         bodies = self.bodies
-        jointed = [deepcopy({name: getattr(one, name) for name in TREE_STATE}) for one in bodies.trees]
+        jointed = [one.save() for one in bodies.trees]
         arrays = Arrays(*(array.copy() for array in bodies.arrays))
         return Saved(tuple(self.shapes), self._handles, arrays, bodies.rows.copy(), jointed)
 
@@ -189,7 +187,7 @@ class Scene:
         bodies.rows[:] = saved.rows
         bodies.bind(Arrays(*(array.copy() for array in saved.arrays)))
         for one, values in zip(bodies.trees, saved.jointed, strict=True):
-            vars(one).update(deepcopy(values))
+            one.restore(*values)
 
     def _take_over(self, old: Scene) -> None:
         """Take over the state of contacts and bodies that are still there."""
@@ -198,8 +196,8 @@ class Scene:
             mine.pairs["ledger"][self._handles.index(handle)] = theirs.pairs["ledger"][old._handles.index(handle)]
         before = {one.body: one for one in old.bodies.trees}
         for one in self.bodies.trees:
-            if one.body in before and before[one.body].v_size == one.v_size:
-                vars(one).update({name: getattr(before[one.body], name) for name in TREE_STATE})
+            if one.body in before and before[one.body].joints == one.joints:
+                one.restore(*before[one.body].save())
                 if one.known != before[one.body].known:
                     mine.world["edited"] = EDITED
         numbers: dict[int, int] = {}

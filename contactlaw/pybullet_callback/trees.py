@@ -17,32 +17,42 @@ moves is at most such that its momentum is what the motor can give in a step wit
 else a finger would press what it meets with many times the force of its motor.
 """
 
+from collections.abc import Sequence
 from math import isfinite
 from typing import Any
 
 import numpy as np
 import pybullet as p
 
-from contactlaw.pybullet_callback.shapes import BASE, KINDS, Key, joints_of, pose_of, rotation
+from contactlaw.pybullet_callback.jointed import (
+    KEPT,
+    NUMBERS,
+    OWN,
+    find_end,
+    set_at_start,
+    spread_push,
+    take_response,
+    take_start,
+)
+from contactlaw.pybullet_callback.shapes import BASE, KINDS, Key, joints_of, pose_of
 from contactlaw.world import World
 from contactlaw.world.data.frames import CONJUGATE, IDENTITY, UNTURNED, Pose
-from contactlaw.world.data.records import AXIS, BALL, FREE_JOINT, HINGE, SLIDE, Array, Arrays
-from contactlaw.world.near.following import overlaps
-from contactlaw.world.trees.coordinates import carriers, matrix_of_factor, numbers, settle
+from contactlaw.world.data.records import BALL, FREE_JOINT, HINGE, SLIDE, Array, Arrays
+from contactlaw.world.trees.coordinates import numbers
 from contactlaw.world.trees.description import Joint, Part, records_of
 
 LEAST_INERTIA = 1e-12  # [m^2], of moments of inertia over mass
-EXACT = 1e-9  # relative difference of a coordinate that counts as rounding
 TRANSLATIONS = {FREE_JOINT: 3, SLIDE: 1}  # number of translational axes of a joint, its first ones
-CARRIES = 0.01  # a motor holds its joint if less than this share of its torque accelerates the inertia that it carries
-HELD = 1e3  # armature of a joint that a motor holds, over the inertia that it carries
 UP = (0.0, 0.0, 1.0)
 
 
-def axes_of(quaternion: Array) -> Array:
-    """Return the rotation matrix (3, 3) of a quaternion, scalar first; faster by PyBullet than `frames.matrix_of`."""
-    w, x, y, z = quaternion.tolist()
-    return rotation((x, y, z, w))
+def turned(turn: Sequence[float], a: Sequence[float], inverse: bool = False) -> tuple[float, float, float]:
+    """Return a vector rotated by a quaternion, scalar last, or by its inverse."""
+    u, v, w = a
+    xx, xy, xz, yx, yy, yz, zx, zy, zz = p.getMatrixFromQuaternion(turn)
+    if inverse:
+        xy, xz, yx, yz, zx, zy = yx, zx, xy, zy, xz, yz
+    return xx * u + xy * v + xz * w, yx * u + yy * v + yz * w, zx * u + zy * v + zz * w
 
 
 def _part(inertias: tuple[Any, ...], *more: Any) -> Part:
@@ -88,30 +98,39 @@ class Tree:
         self.q_size, self.v_size = self.rows.start.size, self.rows.axes.size
         self.joints = self.rows.joints[["kind", "first_q", "first_axis"]].tolist()
         self._joint_links, self._kinds = self.heads[self.free :], self.joints[self.free :]
-        self._scalars = [first for kind, _, first in self.joints if kind in (HINGE, SLIDE)]
-        self._turns = [first + 3 * (kind == FREE_JOINT) for kind, first, _ in self.joints if kind in (FREE_JOINT, BALL)]
-        self.left = np.full(self.q_size, np.nan)  # coordinates as the last step left them
+        motors = sum(kind in (HINGE, SLIDE) for kind, _, _ in self.joints)
+        sizes = {"q": self.q_size, "v": self.v_size, "m": motors, "n": self.rows.links.size, "3": 3}
+        own = {name: np.zeros([sizes[one] for one in shape]) for name, shape in NUMBERS.items()}
+        self._own: Any = np.zeros(1, OWN)
+        for name, values in own.items():
+            self._own[name] = values.ctypes.data
+        self._block = self._own.ctypes.data
+        self._kept, self._numbers = {name: own[name] for name in KEPT}, own
+        self.left, self.force, self.push, _, limit, _ = self._kept.values()
+        self.left[:], limit[:] = np.nan, np.inf
+        self.free_acceleration, self.matrix = own["free_acceleration"], own["matrix"]
         self.start = self.left, np.zeros(self.v_size)  # coordinates and velocities at the start of the step
-        self.force, self.push = np.zeros((2, self.v_size))
-        self.torque, self.last_torque, self.strongest = np.zeros((3, len(self._scalars)))
-        self.limit = np.full_like(self.torque, np.inf)
         self.placed = self.pressed = False
-        self._joints: Array | None = None
-        links, before = self.rows.links, self.rows.links["parent"].tolist()
-        owners = np.repeat(np.arange(links.size), links["axes"]).tolist()
+        before = self.rows.links["parent"].tolist()
+        owners = np.repeat(np.arange(len(before)), self.rows.links["axes"]).tolist()
         straight = [k for kind, _, first in self.joints for k in range(first, first + TRANSLATIONS.get(kind, 0))]
         self._translations = [(k, owners[k], before[owners[k]]) for k in straight]
-        self._rotations = np.zeros((links.size, self.v_size))  # sign with which the moment about an axis acts on a body
-        for k in set(range(self.v_size)) - set(straight):
-            self._rotations[owners[k], k] = 1.0
-            if before[owners[k]] >= 0:
-                self._rotations[before[owners[k]], k] = -1.0
 
     def add_to(self, world: World) -> list[Key]:
         """Add its tree to a world, whose bodies get consecutive numbers; return body and link of each."""
         self.number, bodies = world.add_tree_of(self.rows)
         self.first, self.members = bodies[0], slice(bodies[0], bodies[0] + len(self.heads))
         return [(self.body, link) for link in self.heads]
+
+    def save(self) -> tuple[dict[str, Array], bool]:
+        """Return a copy of what lasts from a step to the next."""
+        return {name: values.copy() for name, values in self._kept.items()}, self.pressed
+
+    def restore(self, kept: dict[str, Array], pressed: bool) -> None:
+        """Set what `save` returned."""
+        for name, values in kept.items():
+            self._kept[name][:] = values
+        self.pressed = pressed
 
     def inertias(self) -> list[tuple[Any, ...]]:
         """Return mass, moments of inertia and inertial frame of all links, as PyBullet has them now."""
@@ -130,7 +149,7 @@ class Tree:
         if self.free:
             x, turn = p.getBasePositionAndOrientation(self.body, self._client)
             velocity, spin = p.getBaseVelocity(self.body, self._client)
-            q, v = [*x, turn[3], *turn[:3]], [*velocity, *(rotation(turn).T @ spin).tolist()]
+            q, v = [*x, turn[3], *turn[:3]], [*velocity, *turned(turn, spin, inverse=True)]
         if self._joint_links:
             torques = []
             for place, speed, _, torque in p.getJointStatesMultiDof(self.body, self._joint_links, self._client):
@@ -140,7 +159,7 @@ class Tree:
                 else:
                     q += (place[3], *place[:3])
                 v += speed
-            self.torque = np.array(torques)
+            self._numbers["torque"][:] = torques
         if not isfinite(sum(q) + sum(v)):
             raise ValueError(f"body {self.body}: its joints' positions or velocities are not finite")
         return np.array(q), np.array(v)
@@ -155,114 +174,60 @@ class Tree:
                 [speeds[j : j + 3] if kind == BALL else [speeds[j]] for kind, _, j in self._kinds], self._client,
             )  # fmt: skip
         if self.free:
-            x, y, z, *turn = q[:7].tolist()
-            p.resetBasePositionAndOrientation(self.body, (x, y, z), [*turn[1:], turn[0]], self._client)
-            p.resetBaseVelocity(self.body, v[:3].tolist(), (axes_of(q[3:7]) @ v[3:6]).tolist(), self._client)
+            x, y, z, w, *turn = q[:7].tolist()
+            turn.append(w)
+            p.resetBasePositionAndOrientation(self.body, (x, y, z), turn, self._client)
+            p.resetBaseVelocity(self.body, v[:3].tolist(), turned(turn, v[3:6].tolist()), self._client)
 
-    def _bind(self, world: Arrays) -> None:
-        """Find its numbers in the arrays of a world."""
-        if self._joints is world.joints:
-            return
-        self._joints = world.joints
-        names = ("q", "v", "a", "f", "factor")
-        self._q, self._v, self._a, self._f, self._factor = (numbers(world, self.number, name) for name in names)
-        self._axes = numbers(world, self.number, "axes").view(AXIS)
-        self._carried = carriers(self._axes)
-        own = slice(self.first + 1, self.first + 1 + self.rows.links.size)
-        self._asleep, self._touched = (world.bodies[name][own] for name in ("asleep", "touched"))
-        self._centres = world.bodies["position"][own]
+    def bind(self, world: Arrays) -> None:
+        """Find its numbers in the arrays of a world, before each step for which they are others."""
+        self._q = numbers(world, self.number, "q")
+        self._centres = world.bodies["position"][self.first + 1 :][: self.rows.links.size]
+        self._tree, self._world_block = world.trees[self.number], world.world.ctypes.data
+        self._own["tree"] = world.trees.ctypes.data + self.number * world.trees.itemsize
 
-    def begin_step(self, world: Arrays, gravity: Array) -> None:
+    def begin_step(self, gravity: Array) -> None:
         """Take the state at the start of a step, and see whether the user has moved it since the last one."""
-        self._bind(world)
-        q, off = self.start[0], np.abs(self.left - self.start[0])
-        for i in self._turns:  # a quaternion and its negative are the same rotation
-            off[i : i + 4] = np.minimum(off[i : i + 4], np.abs(self.left + q)[i : i + 4])
-        self.placed = not off.max(initial=0.0) <= 0.5 * EXACT * (1.0 + np.abs(q).max(initial=0.0))
-        if self.placed:
-            self.force[:], self.push[:], self.pressed = 0.0, 0.0, False
-        tree = world.trees[self.number]
-        tree["gravity"] = gravity
+        self._numbers["start_q"][:], self._numbers["start_v"][:] = self.start
+        self.placed = take_start(self._block)
+        self.pressed = self.pressed and not self.placed
+        self._tree["gravity"] = gravity
         if not self.free:
-            tree["base"], (x, y, z, w) = p.getBasePositionAndOrientation(self.body, self._client)
-            tree["base_turn"] = w, x, y, z
+            self._tree["base"], (x, y, z, w) = p.getBasePositionAndOrientation(self.body, self._client)
+            self._tree["base_turn"] = w, x, y, z
 
-    def _find_forces(self, v: Array, dt: float) -> None:
-        """Find the forces on the joints, and which joints a motor held against `push`, from velocities after a step."""
-        gained = (v - self.start[1]) / dt
-        known, i = self.matrix @ self.free_acceleration, self._scalars
-        armature, torque = self._axes["armature"][i], np.abs(self.torque)
-        inertia, speed = self.matrix[i, i] - armature, np.abs(v[i])
-        accelerating = np.abs(gained[i]) * inertia
-        same = np.abs(torque - self.last_torque) <= EXACT * torque
-        self.limit[torque > (1.0 + EXACT) * self.limit] = np.inf
-        self.limit = np.where(same & (accelerating > EXACT * torque), torque, self.limit)
-        self.last_torque = torque
-        held = accelerating < np.maximum(np.abs(self.push[i]), CARRIES * torque)
-        held &= (torque > 0.0) & (torque < (1.0 - EXACT) * self.limit)
-        self.strongest = np.maximum(self.strongest, torque)
-        most = np.divide(dt * self.strongest, speed, np.full_like(speed, np.inf), where=speed > 0.0)
-        self._axes["armature"][i] = np.where(held, np.minimum(HELD * inertia, most), 0.0)
-        self.matrix[i, i] += self._axes["armature"][i] - armature
-        self.force += self.matrix @ gained - known - self.push
-
-    def set_tree(self, world: Arrays, dt: float) -> None:
+    def set_tree(self, dt: float) -> None:
         """Set the world's tree at the start of the step, with `force` and the velocity at the time of the position."""
-        self._place(world, dt)
-        self.matrix = matrix_of_factor(self._axes, self._factor, self._carried)
+        set_at_start(self._block, 0.0 if self.pressed else 0.5 * dt)
 
-    def _place(self, world: Arrays, dt: float) -> None:
-        self._f[:] = self.force
-        self._put(world, *self.start)
-        self.free_acceleration = self._a.copy()
-        if not self.pressed:
-            self._put(world, self.start[0], self.start[1] + 0.5 * dt * self.free_acceleration)
-
-    def _put(self, world: Arrays, q: Array, v: Array) -> None:
-        self._q[:], self._v[:] = q, v
-        settle(world, self.number)
-
-    def read_forces(self, world: Arrays, dt: float) -> None:
+    def read_forces(self, dt: float) -> None:
         """After Bullet's step: find the forces on the joints within it."""
-        self.after = self.read()
-        self._find_forces(self.after[1], dt)
-        self._place(world, dt)
+        self._numbers["after_q"][:], self._numbers["after_v"][:] = self.read()
+        take_response(self._block, dt, 0.0 if self.pressed else 0.5 * dt)
 
-    def write_back(self, world: Arrays, dt: float, pressed: bool) -> None:
+    def write_back(self, dt: float, pressed: bool) -> None:
         """Write the tree to PyBullet after the world's step, if a contact has touched it, or see `near.following`."""
-        self._bind(world)
-        self.pressed, self.left = pressed, self.after[0]
-        q, v = self._q.copy(), self._v.copy()
-        if not (self._asleep.any() or self._touched.any()):
-            self._put(world, *self.after)
-            if not overlaps(world.world, self.first + 1, len(self.heads)):
-                self.push[:] = 0.0
-                return
-            self._put(world, q, v)
-        self.left = q
-        if not pressed:
-            v -= 0.5 * dt * self._a
-        self.write(self.left, v)
-        if self.free:  # Bullet keeps the spin of a base along the axes before its step
-            v[3:6] = axes_of(self.start[0][3:7]).T @ (axes_of(self.left[3:7]) @ v[3:6])
-        self.push = self.matrix @ ((v - self.start[1]) / dt - self.free_acceleration)
+        self.pressed = pressed
+        if find_end(self._block, self._world_block, dt, pressed):
+            self.write(self._numbers["new_q"], self._numbers["new_v"])
 
     def apply_push(self) -> None:
         """Apply the push of the last step's contacts again, if one is closed, at the present pose of the world's tree.
 
         It consists of forces and torques on links.
         """
-        self.push[:] = self.push if self.pressed else 0.0
-        if not self.push.any():
+        if not self.pressed:
+            self.push[:] = 0.0
+        if not spread_push(self._block):
             return
-        moments = self._rotations @ (self.push[:, None] * self._axes["spin"])
+        forces, centres = self._numbers["forces"].tolist(), self._centres.tolist()
         for k, owner, parent in self._translations:
-            push = self.push[k] * self._axes["velocity"][k]
             # on a free base at its own frame, about which spin is reckoned; fixed links shift the centre of mass
-            place = (self._q[:3] if self.free and owner == 0 else self._centres[owner]).tolist()
-            for member, own in ((owner, push), (parent, -push)):
+            place = self._q[:3].tolist() if self.free and owner == 0 else centres[owner]
+            for member, sign in ((owner, 1.0), (parent, -1.0)):
                 if member >= 0:
-                    link = self.heads[member]
-                    p.applyExternalForce(self.body, link, own.tolist(), place, p.WORLD_FRAME, self._client)
-        for link, moment in zip(self.heads, moments.tolist(), strict=True):
+                    x, y, z = forces[k]
+                    push = sign * x, sign * y, sign * z
+                    p.applyExternalForce(self.body, self.heads[member], push, place, p.WORLD_FRAME, self._client)
+        for link, moment in zip(self.heads, self._numbers["moments"].tolist(), strict=True):
             p.applyExternalTorque(self.body, link, moment, p.WORLD_FRAME, self._client)

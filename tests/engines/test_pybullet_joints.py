@@ -69,18 +69,20 @@ def test_the_model_moves_as_the_engine_does(client: int, base_mass: float, joint
     one.add_to(world)
     arrays = world.arrays.bound()
     one.start = one.read()
-    one.begin_step(arrays, (1.0, 2.0, -G))
-    one.set_tree(arrays, 0.0)
+    one.bind(arrays)
+    one.begin_step((1.0, 2.0, -G))
+    one.set_tree(0.0)
     for link in one.links:
         member, (at, _) = one.place_of(link)
         own = arrays.bodies[one.first + 1 + member]
         pose = p.getBasePositionAndOrientation(body, client) if link < 0 else p.getLinkState(body, link, 0, 1, client)
         np.testing.assert_allclose(own["position"] + own["axes"].reshape(3, 3) @ at, pose[0], atol=1e-12)
+    np.testing.assert_allclose(one.matrix, mass_matrix(arrays, 0), rtol=1e-12, atol=1e-12)
     acceleration = one.free_acceleration.copy()
     p.stepSimulation(client)
     v = one.read()[1]
     np.testing.assert_allclose((v - one.start[1]) / dt, acceleration, rtol=1e-6, atol=1e-5)
-    one.read_forces(arrays, dt)
+    one.read_forces(dt)
     np.testing.assert_allclose(one.force, 0.0, atol=1e-5)
 
 
@@ -309,8 +311,8 @@ def test_what_presses_on_a_base_with_something_heavy_fixed_to_it_turns_it_as_it_
     one = contact._scene.bodies.trees[0]
     for k in range(3):
         one.start = one.read()
-        one.begin_step(contact._scene.bodies.arrays, np.zeros(3))
-        one.set_tree(contact._scene.bodies.arrays, 1 / 240)
+        one.begin_step(np.zeros(3))
+        one.set_tree(1 / 240)
         one.push[:] = 10.0 * (np.arange(one.v_size) == k)
         one.pressed = True
         one.apply_push()

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from contactlaw.world import World
 from contactlaw.world.data.records import AXIS, Arrays
-from contactlaw.world.trees.coordinates import carriers, matrix_of_factor, numbers
+from contactlaw.world.trees.coordinates import numbers
 from tests.world.chains import Chain, Link
 from tests.world.world_scenes import mass_of, steel_pair
 
@@ -58,6 +58,13 @@ def arm_over_floor(height: float, restitution: float, **more: Any) -> World:
 
 
 def mass_matrix(world: Arrays, number: int) -> np.ndarray:
-    """Of a tree, at the coordinates that its accelerations were last found for; shape (v_size, v_size)."""
+    """L^T D L of a tree (`trees.dynamics`) where its accelerations were last found; shape (v_size, v_size)."""
     axes = numbers(world, number, "axes").view(AXIS)
-    return matrix_of_factor(axes, numbers(world, number, "factor"), carriers(axes))
+    factor = numbers(world, number, "factor").reshape(axes.size, axes.size)
+    lower = np.eye(axes.size)
+    for k in range(axes.size):
+        i = int(axes["parent"][k])
+        while i >= 0:
+            lower[k, i] = factor[k, axes["depth"][i]]
+            i = int(axes["parent"][i])
+    return (lower.T / axes["inverse"]) @ lower

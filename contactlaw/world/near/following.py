@@ -5,7 +5,7 @@ rad some 1e-3 of its size beside that. If it is inside another body there, the n
 overlap that no motion has made. Such a body ends the step where its exact flight takes it.
 """
 
-from contactlaw.jit import jit, jit_inside
+from contactlaw.jit import jit_inside
 from contactlaw.world.bodies.motion import set_axes
 from contactlaw.world.data.access import body_at, near_at
 from contactlaw.world.data.quaternion import store4
@@ -56,10 +56,9 @@ def put_back(w, i):
         body_at(w.bodies, i).touched = 1
 
 
-@jit
-def overlaps(world, first, count):
-    """Return whether any of `count` bodies from a number on overlaps what it is near; world: array of one `WORLD`."""
-    w = world[0]
+@jit_inside
+def overlaps(w, first, count):
+    """Return whether any of `count` bodies from a number on overlaps what it is near."""
     for k in range(w.nears):
         p = near_at(w.near, k)
         own = first <= p.body_a < first + count or first <= p.body_b < first + count

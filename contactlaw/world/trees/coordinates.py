@@ -4,8 +4,6 @@ from ctypes import CFUNCTYPE, c_uint64
 from functools import lru_cache
 from typing import Any
 
-import numpy as np
-
 from contactlaw.jit import address_of
 from contactlaw.world.data.call import ask_mobility, call_on_tree, call_with_body, call_with_number, call_with_vectors
 from contactlaw.world.data.records import Array, Arrays, numbers_of
@@ -64,22 +62,3 @@ def settle(world: Arrays, number: int) -> None:
 def _called(address: int) -> Any:
     """Return the function at an address, callable from Python."""
     return CFUNCTYPE(None, c_uint64)(address)
-
-
-def carriers(axes: Array) -> tuple[list[int], list[int]]:
-    """Return all pairs of a degree of freedom of a tree and one that carries it, as two lists."""
-    rows, columns = [], []
-    for k in range(axes.size):
-        i = int(axes["parent"][k])
-        while i >= 0:
-            rows.append(k)
-            columns.append(i)
-            i = int(axes["parent"][i])
-    return rows, columns
-
-
-def matrix_of_factor(axes: Array, factor: Array, carried: tuple[list[int], list[int]]) -> Array:
-    """Return L^T D L, see `trees.dynamics`; carried: result of `carriers`."""
-    lower, (rows, columns) = np.eye(axes.size), carried
-    lower[rows, columns] = factor.reshape(axes.size, axes.size)[rows, axes["depth"][columns]]
-    return (lower.T / axes["inverse"]) @ lower
