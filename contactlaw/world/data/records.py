@@ -214,8 +214,7 @@ GUARD = record(
     moved="f8", speed="f8",  # [m] that it has moved since the list, and [m/s] its mean speed in the step, at most
     # its speed there now, and before the last update; [m] that it moved between the last two updates, at most
     speed_now="f8", last_speed_now="f8", last_move="f8",
-    # of a separating plane, in B's frame; [m] by which it separates them, and the ball about A's centre from B
-    normal=VECTOR, separation="f8", ball="f8",
+    normal=VECTOR, separation="f8",  # of a separating plane, in B's frame; [m] by which it separates them
     # [m/s], [rad/s] motion of A there at the start of a step; 1: that plane has separated them throughout it
     slide=VECTOR, twist=VECTOR, separated="i8",
     plane_time="f8", low="f8", high="f8",  # [s] of the step when it was found; least height of a, greatest of b [m]

@@ -165,18 +165,6 @@ def separate(w, g, n):
 
 
 @jit_inside
-def spare_of_ball(w, g, n, low, high):
-    """Return how much further [m] towards B the ball about A's centre reaches in which A turns, than A itself does.
-
-    n, low, high: as of `separate`.
-    """
-    sa, a, b = shape_at(w.shapes, g.a), body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
-    if g.body_a == sa.body:
-        return a.reach + sweep_radius(sa) + low - dot(n, sub(load(a.position), load(b.position)))
-    return a.reach + sweep_radius(shape_at(w.shapes, g.b)) - high
-
-
-@jit_inside
 def meet_half_space(w, p, a, b):
     """Return `geometry.meet` of a near pair as if B filled the half space behind the separating plane.
 
@@ -325,16 +313,9 @@ def may_exceed_limit(w, g, way):
     if path <= g.limit:
         return False
     if g.unlisted != 0:
-        new_gap(w, g)
+        _, low, high = separate(w, g, ZERO)
+        g.limit = max(g.limit, low - high + lead.moved - lead.lag)
     return path > g.limit
-
-
-@jit_inside
-def new_gap(w, g):
-    """Return the present gap [m] of two whole shapes of which no parts are listed; it gives their guard a new limit."""
-    _, low, high = separate(w, g, ZERO)
-    g.limit = max(g.limit, low - high + lead_of(w, g).moved - lead_of(w, g).lag)
-    return low - high
 
 
 @jit_inside

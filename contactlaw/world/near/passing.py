@@ -22,10 +22,8 @@ from contactlaw.world.near.guards import (
     gap_left,
     lead_of,
     may_exceed_limit,
-    new_gap,
     raise_listed_gap,
     separate,
-    spare_of_ball,
     stays_open,
     update_guard,
 )
@@ -63,7 +61,7 @@ def find_passing(world):
         if g.lead == k:
             update_guard(w, g, w.step)
         g.separated = 1 if stayed_separated(w, g) else 0
-        if g.separated == 0 and left_limit(w, g, lead, w.step * max(lead.last_speed_now, lead.speed_now)):
+        if g.separated == 0 and lead.moved + w.step * max(lead.last_speed_now, lead.speed_now) > g.limit:
             deny(w, body_at(w.bodies, g.body_a))
             deny(w, body_at(w.bodies, g.body_b))
     found = True
@@ -83,19 +81,6 @@ def find_passing(world):
         b = body_at(w.bodies, i)
         if may_pass(b):
             tree_at(b.tree, 0).passes = PASSES
-
-
-@jit_inside
-def left_limit(w, g, lead, way):
-    """Return whether A may have left its guard's limit within the step; way: path [m] of its points in that, at most.
-
-    If no parts are listed, both shapes have stayed apart if that path is shorter than the sum of their gaps at both
-    ends.
-    """
-    if lead.moved + way <= g.limit:
-        return False
-    before = g.limit - (lead.moved - lead.last_move)
-    return g.unlisted == 0 or before <= 0.0 or before + new_gap(w, g) <= way
 
 
 @jit_inside
@@ -165,7 +150,7 @@ def separate_at_start(w, g):
     if low <= high:
         n, low, high = separate(w, g, ZERO)
     store(g.normal, to_body(b.axes, n))
-    g.separation, g.ball = low - high, low - high - spare_of_ball(w, g, n, low, high)
+    g.separation = low - high
     slide, twist = motion_against(body_at(w.bodies, g.body_a), b)
     store(g.slide, slide)
     store(g.twist, twist)
@@ -183,21 +168,19 @@ def stayed_separated(w, g):
 
     which is zero for an arm that turns about n. The third derivative is the speed times the square of the rate at which
     A turns against B. For larger turns the height counts as falling from one end and rising to the other, at the
-    greatest speed along n of any point, as it goes round w; or else that of a ball about its centre, in which A turns.
+    greatest speed along n of any point, as it goes round w.
     """
     if g.separation <= 0.0:
         return False
     a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
     n, h = load(g.normal), w.step
-    across, low, high = separate(w, g, to_world(b.axes, n))
+    _, low, high = separate(w, g, to_world(b.axes, n))
     slide, twist = motion_against(a, b)
     rate = max(norm(twist), norm(load(g.twist)))
     turn = h * rate
     if turn > MAX_PASSING_TURN:
         fastest = max(speed_along(n, slide, twist, a.reach), speed_along(n, load(g.slide), load(g.twist), a.reach))
-        ball = g.ball + low - high - spare_of_ball(w, g, across, low, high)
-        slowest = max(speed_along(n, slide, twist, 0.0), speed_along(n, load(g.slide), load(g.twist), 0.0))
-        return low > high and (g.separation + low - high > h * fastest or ball > h * slowest)
+        return low > high and g.separation + low - high > h * fastest
     change = abs(dot(n, sub(slide, load(g.slide))))
     change += a.reach * (norm(cross(n, sub(twist, load(g.twist)))) + turn * norm(cross(n, twist)))
     speed = max(norm(slide), norm(load(g.slide))) + a.reach * rate
