@@ -154,11 +154,7 @@ def _trimmed(subject: Subject, build: Build, settings: Settings, gravity: ArrayL
     pull = np.asarray(gravity, dtype=float)
     if build.gravity is not None:
         pull = (pull if pull.any() else np.asarray(subject.pull)) if build.gravity else np.zeros(3)
-    world = new_world(
-        settings,
-        pull,
-        Tuning(substeps=build.substeps, collide=build.collide, fixed_bodies_move=build.fixed_bodies_move),
-    )
+    world = new_world(settings, pull, Tuning("Euler", build.substeps, build.collide, build.fixed_bodies_move))
     contact, record, told = world.contact, world.record, []
 
     def touch(ones: Any, twos: Any, pair: ContactPair, *, speed: float = 1.0) -> None:

@@ -47,16 +47,16 @@ class Tuning:
     Attributes:
         integrator: MuJoCo's.
         substeps: Least number of the law's own steps in a contact.
-        crowd_substeps: The same for damped impacts where many touch.
         collide: Whether bodies without the law touch by the engine's own contact.
         fixed_bodies_move: PyBullet: as `ContactCallback` has it; None: where a body is driven.
+        crowd_substeps: Least number of substeps of a damped impact where many touch.
     """
 
     integrator: str = "Euler"
     substeps: int = 100
-    crowd_substeps: int = 20
     collide: bool = False
     fixed_bodies_move: bool | None = None
+    crowd_substeps: int = 20
 
 
 def matrix_to_quaternion(matrix: Array) -> Array:
