@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable, Mapping
 from importlib import metadata
 from pathlib import Path
+from random import Random
 from time import perf_counter
 
 import numpy as np
@@ -48,17 +49,18 @@ def interleaved(
 ) -> dict[str, Array]:  # fmt: skip
     """Time several things side by side, so that the drift of the machine meets all of them alike.
 
-    Each round runs everything once, every other one in reverse; two more go before, uncounted. prepare: called before a
-    run, untimed; clock: `process_time` where other processes would be in the way. Returns seconds by name, shape
-    (repeats,); entries of the same round belong together.
+    Each round runs everything once, in a random order or in the reverse of the last one, so that what ran before, and
+    fills the caches, is another each time; two more go before, uncounted. prepare: called before a run, untimed; clock:
+    `process_time` where other processes would be in the way. Returns seconds by name, shape (repeats,); entries of the
+    same round belong together.
     """
     seconds = {name: np.empty(repeats) for name in runs}
-    order = list(runs)
+    order, shuffle = list(runs), Random(0).shuffle
     enabled = gc.isenabled()
     gc.disable()
     try:
         for number in range(-2, repeats):
-            order.reverse()
+            order.reverse() if number % 2 else shuffle(order)
             for name in order:
                 if prepare and name in prepare:
                     prepare[name]()
