@@ -11,8 +11,9 @@ from contactlaw.world.data.quaternion import load4, turn_by
 from contactlaw.world.data.records import BALL, FREE_JOINT, HINGE, SLIDE
 from contactlaw.world.data.vec import add, load, scale, store, sub
 from contactlaw.world.near.following import overlaps
+from contactlaw.world.trees.implicit import add_masses
 from contactlaw.world.trees.kinematics import vector
-from contactlaw.world.trees.mobility import clear
+from contactlaw.world.trees.mobility import clear, copy
 
 EXACT = 1e-9  # relative difference of a coordinate that counts as rounding
 CARRIES = 0.01  # a motor holds its joint if less than this share of its torque accelerates the inertia that it carries
@@ -74,7 +75,9 @@ def set_at_start(block, lag):
     own = own_at(block, 0)
     t = tree_at(own.tree, 0)
     set_start(own, t, lag)
-    find_matrix(own, t)
+    m = vector(own.matrix, (t.v_size, t.v_size))
+    m[:] = 0.0
+    add_masses(t, m)
 
 
 @jit_inside
@@ -100,32 +103,6 @@ def put(t, q, v):
     for i in range(t.count):
         body_at(t.bodies, i).asleep = 0
     settle(body_at(t.bodies, 0))
-
-
-@jit_inside
-def copy(source, target):
-    """Copy an array."""
-    for k in range(target.size):
-        target[k] = source[k]
-
-
-@jit_inside
-def find_matrix(own, t):
-    """Find the mass matrix L^T D L, see `world.trees.dynamics`."""
-    m, factor = vector(own.matrix, (t.v_size, t.v_size)), vector(t.factor, (t.v_size, t.v_size))
-    clear(vector(own.matrix, t.v_size * t.v_size))
-    for k in range(t.v_size):
-        pivot, i = 1.0 / axis_at(t.axes, k).inverse, k
-        while i >= 0:
-            one = axis_at(t.axes, i)
-            own_entry = 1.0 if i == k else factor[k, one.depth]
-            j = i
-            while j >= 0:
-                other = axis_at(t.axes, j)
-                m[i, j] += pivot * own_entry * (1.0 if j == k else factor[k, other.depth])
-                m[j, i] = m[i, j]
-                j = other.parent
-            i = one.parent
 
 
 @jit_inside
@@ -209,9 +186,8 @@ def find_end(block, world, dt, pressed):
     for k in range(t.v_size):
         v[k] -= 0.0 if pressed else 0.5 * dt * a[k]
     copy(v, gained)
-    if (
-        t.joint_count > 0 and joint_at(t.joints, 0).kind == FREE_JOINT
-    ):  # Bullet keeps the spin of a base along the axes before its step
+    # Bullet keeps the spin of a base along the axes before its step
+    if t.joint_count > 0 and joint_at(t.joints, 0).kind == FREE_JOINT:
         turn, (w_0, x_0, y_0, z_0) = load4(left[3:7]), load4(vector(own.start_q, t.q_size)[3:7])
         store(gained[3:6], turn_by((w_0, -x_0, -y_0, -z_0), turn_by(turn, load(v[3:6]))))
     before, free = vector(own.start_v, t.v_size), vector(own.free_acceleration, t.v_size)

@@ -1,5 +1,6 @@
 """A tree of bodies in an implicit step: its mass matrix, its Jacobians, and the pose that its velocities lead to."""
 
+from contactlaw.jit import jit_inside
 from contactlaw.world.data.access import axis_at, tree_at
 from contactlaw.world.data.records import PLACED
 from contactlaw.world.trees.dynamics import add_impulse, limit_force
@@ -16,11 +17,16 @@ def move_from_start(b):
 
 
 def write_masses(b):
-    """Add the mass matrix L^T D L of the start of the step to the matrix at `weights`."""
+    """Add the mass matrix of the start of the step to the matrix at `weights`."""
     t = tree_at(b.tree, 0)
-    n = t.v_size
-    m, out = vector(t.factor, (n, n)), vector(t.weights, (n, t.stride))
-    for k in range(n):
+    add_masses(t, vector(t.weights, (t.v_size, t.stride)))
+
+
+@jit_inside
+def add_masses(t, out):
+    """Add the mass matrix L^T D L to a matrix, see `trees.dynamics`."""
+    m = vector(t.factor, (t.v_size, t.v_size))
+    for k in range(t.v_size):
         i, p, pivot = k, axis_at(t.axes, k).depth, 1.0 / axis_at(t.axes, k).inverse
         while i >= 0:
             left = pivot * (1.0 if i == k else m[k, p])
