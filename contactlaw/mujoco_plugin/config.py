@@ -10,6 +10,7 @@ from typing import Any
 from contactlaw import checks, losses
 from contactlaw.material import MATERIALS, Material
 from contactlaw.pair import ContactPair
+from contactlaw.world.building import CROWD_SUBSTEPS, LEAST_SUBSTEPS, SUBSTEPS
 
 PLUGIN_NAME = "contactlaw.contact"
 BLIND = "contactlaw.blind"
@@ -17,11 +18,6 @@ BLIND = "contactlaw.blind"
 without force or acceleration sensors are given this one.
 """
 
-SUBSTEPS = 100
-"""Default least number of substeps in a contact; the error of an impact is then about 3e-4 in psi_2."""
-CROWD_SUBSTEPS = 20
-"""Default least number of substeps of a damped impact where more than four contacts of an island are closed."""
-LEAST_SUBSTEPS = 10
 GEOMS = "geoms"  # in place of a friction coefficient
 OVERLAPS = ("relax", "keep")
 

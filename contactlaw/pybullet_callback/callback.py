@@ -20,9 +20,8 @@ from contactlaw.pybullet_callback.scene import Saved, Scene
 from contactlaw.pybullet_callback.shapes import client_of, engine_parameters, read_sides
 from contactlaw.pybullet_callback.stepping import NEXT, STEP_BULLET, stepping, take
 from contactlaw.pybullet_callback.tags import Tags
+from contactlaw.world.building import CROWD_SUBSTEPS, LEAST_SUBSTEPS, SUBSTEPS
 from contactlaw.world.readout import Ledger
-
-LEAST_SUBSTEPS = 10
 
 
 class ContactCallback:
@@ -74,7 +73,9 @@ class ContactCallback:
             closed, >= 10.
     """
 
-    def __init__(self, client: int = 0, *, fixed_bodies_move: bool = True, crowd_substeps: int = 20) -> None:
+    def __init__(
+        self, client: int = 0, *, fixed_bodies_move: bool = True, crowd_substeps: int = CROWD_SUBSTEPS
+    ) -> None:
         if INTERPRETED:
             raise RuntimeError("the callback needs compiled code, and NUMBA_DISABLE_JIT is set: unset it")
         self._client, self._moves = client_of(client), checks.truth("fixed_bodies_move", fixed_bodies_move)
@@ -96,7 +97,7 @@ class ContactCallback:
     def add_contact(
         self, body_a: int | Sequence[int] | Sequence[tuple[int, int]],
         body_b: int | Sequence[int] | Sequence[tuple[int, int]], pair: ContactPair, link_a: int = -1, link_b: int = -1,
-        *, substeps: int = 100, rounding: float | None = None, groups: bool = False,
+        *, substeps: int = SUBSTEPS, rounding: float | None = None, groups: bool = False,
     ) -> int:  # fmt: skip
         """Let the law act between two bodies, or two sets of bodies, in place of the native response.
 

@@ -15,6 +15,7 @@ from contactlaw.pybullet_callback.shapes import Key, Measured, Side, bodies_of, 
 from contactlaw.pybullet_callback.trees import Tree
 from contactlaw.world import World
 from contactlaw.world.arrays import with_contacts_of
+from contactlaw.world.building import SUBSTEPS
 from contactlaw.world.data.frames import IDENTITY
 from contactlaw.world.data.records import EDITED, FREE, Arrays
 from contactlaw.world.readout import DOUBTFUL, Ledger, doubt_value, ledger, mean_impulses
@@ -55,7 +56,7 @@ class Scene:
         self._client, self._contacts, self._handles = client, contacts, tuple(contacts)
         sides = {key: side for contact in contacts.values() for key, side in contact.sides.items()}
         order = dict.fromkeys([key for key in (old.shapes if old else ()) if key in sides] + list(sides))
-        most = max([contact.substeps for contact in contacts.values()], default=100)
+        most = max([contact.substeps for contact in contacts.values()], default=SUBSTEPS)
         self.world = World(gravity=0.0, substeps=most, crowd_substeps=crowd_substeps)
         self.shapes: dict[Key, list[int]] = {}
         self._side_of: dict[int, Key] = {}

@@ -25,6 +25,18 @@ def goes_on_from_all(model, saved, count):
             assert np.array_equal(state_of(model, other), saved[number]), (first, number)
 
 
+def goes_on_after_resets(model, data, steps):
+    """Step an mjData, and beside it another one that is reset, and set to its state, before each step."""
+    other = mujoco.MjData(model)
+    for number in range(steps):
+        saved = state_of(model, data)
+        mujoco.mj_step(model, data)
+        mujoco.mj_resetData(model, other)
+        mujoco.mj_setState(model, other, saved, WHOLE)
+        mujoco.mj_step(model, other)
+        assert np.array_equal(state_of(model, other), state_of(model, data)), number
+
+
 def test_a_heap_set_back_at_any_step_goes_on_to_the_bit():
     """While it falls, lands, waits with its implicit steps, lies, falls asleep and sleeps; into data used before."""
     world = poured(Settings("mujoco", timestep=2e-3), 8)
@@ -184,15 +196,9 @@ def test_trees_set_back_at_any_step_go_on_to_the_bit(name):
     """Whether the engine or the world moves a tree must not depend on when near pairs were listed."""
     option, bodies = ARMS[name]
     model = law_for(bodies, "type='box' size='3 3 .2' pos='0 0 -.2'", option)
-    data, other = mujoco.MjData(model), mujoco.MjData(model)
+    data = mujoco.MjData(model)
     data.qvel[:] = np.random.default_rng(3).normal(size=model.nv)
-    for number in range(600):
-        saved = state_of(model, data)
-        mujoco.mj_step(model, data)
-        mujoco.mj_resetData(model, other)
-        mujoco.mj_setState(model, other, saved, WHOLE)
-        mujoco.mj_step(model, other)
-        assert np.array_equal(state_of(model, other), state_of(model, data)), number
+    goes_on_after_resets(model, data, 600)
 
 
 def test_a_tree_that_a_ball_falls_past_goes_on_to_the_bit():
@@ -202,15 +208,9 @@ def test_a_tree_that_a_ball_falls_past_goes_on_to_the_bit():
         "<body pos='0 0 -.2'><joint axis='0 1 0'/><geom type='capsule' fromto='0 0 0 0 0 -.1' size='.01'/></body>"
         "</body><body pos='.1 0 .6'><freejoint/><geom type='sphere' size='.02'/></body>"
     )
-    data, other = mujoco.MjData(model), mujoco.MjData(model)
+    data = mujoco.MjData(model)
     data.qvel[:3] = [-2.0, 3.0, 0.0]
-    for number in range(150):
-        saved = state_of(model, data)
-        mujoco.mj_step(model, data)
-        mujoco.mj_resetData(model, other)
-        mujoco.mj_setState(model, other, saved, WHOLE)
-        mujoco.mj_step(model, other)
-        assert np.array_equal(state_of(model, other), state_of(model, data)), number
+    goes_on_after_resets(model, data, 150)
 
 
 def law_for(bodies, floor="type='plane' size='1 1 1'", option="timestep='2e-3'"):

@@ -161,13 +161,8 @@ def damage(state, how):
         state[FIRST + int(value)] = np.inf
 
 
-@pytest.mark.parametrize(
-    "how",
-    ["noise", "much noise", "nan", "ones", "huge", "count 1e9", "count -3", "count nan", "count 1e300", "shape 1e7",
-     "shape -4", "shape 0", "shape nan", "shape 0.5", *(f"entry {i}" for i in range(2, 70, 4))],
-)  # fmt: skip
-def test_a_damaged_state_is_dropped_with_a_warning(how):
-    """The state is open to everybody: of what cannot be, nothing may lead out of the tables or into the motion."""
+def damaged(how):
+    """Of a ball that lies on the floor: model, mjData, another one with a damaged state, name of the instance."""
     spec, name = ball_on_floor(steel_pair(), 2e-3, gravity=9.81)
     model = spec.compile()
     data, other = mujoco.MjData(model), mujoco.MjData(model)
@@ -176,6 +171,17 @@ def test_a_damaged_state_is_dropped_with_a_warning(how):
     assert data.plugin_state[FIRST] == 1.0
     mujoco.mj_copyData(other, model, data)
     damage(other.plugin_state, how)
+    return model, data, other, name
+
+
+@pytest.mark.parametrize(
+    "how",
+    ["noise", "much noise", "nan", "ones", "huge", "count 1e9", "count -3", "count nan", "count 1e300", "shape 1e7",
+     "shape -4", "shape 0", "shape nan", "shape 0.5", *(f"entry {i}" for i in range(2, 70, 4))],
+)  # fmt: skip
+def test_a_damaged_state_is_dropped_with_a_warning(how):
+    """The state is open to everybody: of what cannot be, nothing may lead out of the tables or into the motion."""
+    model, _, other, name = damaged(how)
     with pytest.warns(ContactWarning, match="not written by a step of this model"):
         mujoco.mj_step(model, other)
     contacts_of(model, other, name)
@@ -189,13 +195,7 @@ def test_a_damaged_state_is_dropped_with_a_warning(how):
 
 @pytest.mark.parametrize("how", ["count 1e9", "shape 0", "entry 20", "noise"])
 def test_a_damaged_state_is_dropped_by_a_readout_too(how):
-    spec, name = ball_on_floor(steel_pair(), 2e-3, gravity=9.81)
-    model = spec.compile()
-    data, other = mujoco.MjData(model), mujoco.MjData(model)
-    data.qpos[2] -= 1e-7
-    mujoco.mj_step(model, data, 20)
-    mujoco.mj_copyData(other, model, data)
-    damage(other.plugin_state, how)
+    model, data, other, name = damaged(how)
     with pytest.warns(ContactWarning, match="not written by a step of this model"):
         assert contacts_of(model, other, name) == []
     assert contacts_of(model, data, name)

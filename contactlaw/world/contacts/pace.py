@@ -12,6 +12,7 @@ from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import cross, dot, load, norm, sub
 from contactlaw.world.shapes.geometry import effective_radius, meet_near
+from contactlaw.world.trees.motion import LARGEST_LAG
 
 FEWER = 4.0  # by which the substeps of a quasi-static contact are divided
 STEADY = 1e-2  # `share` of `force.is_quasi_static` below which substeps need only be stable
@@ -20,7 +21,6 @@ ELASTIC = 60.0  # substeps of an elastic impact in a crowd, at least: a column o
 JOINTED_FEWER = 4.0  # times fewer substeps of a damped impact with joints: 25 instead of 100, psi_2 right to 1e-3
 ALIKE = 4.0  # equal contacts on one body, as the feet of a box, for which STABLE holds: h omega is 1 then, its limit 2
 LEAST_STEP = 1.0 / 3.0  # shortest step for which implicit steps are tried, in `resting_duration` of a contact
-MAX_DECAY = 2.0  # rate of joint damping times a substep, see `trees.motion.LARGEST_LAG`
 MAX_SHORTENING = 4.0  # by which the length of substeps is divided for that, at most
 MASS_TURN = 0.1  # [rad] by which a normal may turn in a substep before effective masses are computed anew
 
@@ -135,7 +135,7 @@ def longest_substep(w, c, a, b, substeps):
     if together > 0.0:
         longest = min(longest, sqrt(ALIKE / together) / STABLE)
     rate = decay(a) + (decay(b) if b.tree != a.tree else 0.0)
-    return longest if rate * longest <= MAX_DECAY else max(MAX_DECAY / rate, longest / MAX_SHORTENING)
+    return longest if rate * longest <= LARGEST_LAG else max(LARGEST_LAG / rate, longest / MAX_SHORTENING)
 
 
 @jit_inside

@@ -12,31 +12,25 @@ from contactlaw.pair import DEEPEST
 from contactlaw.world.bodies.motion import JUMP, kick, moved_at, velocity_at
 from contactlaw.world.contacts import force
 from contactlaw.world.contacts.ends import damped_end, elastic_end
+from contactlaw.world.contacts.meeting import meet_contact
 from contactlaw.world.contacts.pace import MASS_TURN, radius_of, share_of, update_masses
 from contactlaw.world.contacts.rolling import moment_of, update_rolled
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, pair_at, shape_at
-from contactlaw.world.data.call import address, ask_separation, call_roll, ready
+from contactlaw.world.data.call import address, call_roll, ready
 from contactlaw.world.data.demand import ROLL
-from contactlaw.world.data.kinds import BOX, DISC, EDGE, ELLIPSOID
+from contactlaw.world.data.kinds import DISC
 from contactlaw.world.data.materials import friction_of, law_of, memory_of, speed_numbers
 from contactlaw.world.data.quaternion import rotate
 from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED, RESIZED
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub, tangent
-from contactlaw.world.shapes.core import set_back
 from contactlaw.world.shapes.geometry import (
     BACK,
-    SUNK,
-    centre,
-    half_axis,
     is_ignored,
     lies_over_face,
-    max_overlap,
     meet,
     meet_near,
-    overlap_of_cores,
     set_initial_overlap,
 )
-from contactlaw.world.shapes.segments import clip
 from contactlaw.world.trees.mobility import clear
 
 # [rad] up to which the tangent turns by the first term of the series x, and is normalised by that of a root: its square
@@ -251,46 +245,6 @@ def turn_frame(c, n, twist):
     e = axpy(-dot(e, n), n, e)
     store(c.tangent, scale(1.5 - 0.5 * dot(e, e), e))
     store(c.normal, n)
-
-
-@jit_inline
-def meet_contact(c, sa, a, sb, b):
-    """Return `geometry.meet` for a closed contact, whose last overlap and normal are known."""
-    found = meet(sa, a, sb, b)
-    if sb.separation == 0 or sb.kind == ELLIPSOID or not found[0] > 0.5 * overlap_of_cores(sa, sb):
-        return found
-    return meet_sunk(c, sa, a, sb, b, found)
-
-
-@jit_inside
-def meet_sunk(c, sa, a, sb, b, found):
-    """Return `geometry.meet` where cores may overlap; found: what it gives now.
-
-    There, the normal of least depth may jump, and a jump could add energy. The last normal is kept instead, fixed to B:
-    the overlap is then the height of B's highest point along it above A's lowest. This begins as the cores touch. After
-    they part, the true overlap is at most that along the kept normal, so no energy is gained. Shapes that overlapped at
-    first contact have no such normal: it is not used where the overlap would exceed the last one, or `max_overlap`, by
-    more than the surfaces have moved.
-    """
-    if sa.kind == ELLIPSOID:
-        most, where, swept = overlap_of_cores(sa, sb), sa.separation, sb.radius
-        least = most
-    else:
-        most, where = max_overlap(sa, sb), sb.separation
-        swept = most if sa.kind < BOX else (1.0 - BACK) * most
-        if sa.kind == EDGE:
-            u = half_axis(sa, a)
-            back, _, _ = set_back(sa, u, clip(dot(sub(load(c.arm_a), centre(sa, a)), u) / dot(u, u)))
-            swept -= back
-        least = swept
-    if not found[0] > SUNK * least:
-        return found
-    held = rotate(load(b.twist), load(c.normal))
-    held, low, high, lowest = ask_separation(where, sa, a, sb, b, held)
-    deeper = high - low + swept
-    if deeper > max(c.touch.overlap + c.initial_overlap, most) + a.next_path + b.next_path:
-        return found
-    return deeper, held, lowest, add(lowest, sub(load(a.position), load(b.position)))
 
 
 @jit_inline

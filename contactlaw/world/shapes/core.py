@@ -141,7 +141,7 @@ def lies_over_face(d, u, margin, s, b):
 
 @jit_inside
 def set_back(s, u, at):
-    """Return by how much a side or an edge is set back at a place of its half axis u [m], its slope, and that's slope.
+    """Return by how much a side or an edge is set back at a place of its half axis u [m], and its derivatives by that.
 
     An edge ends where the sphere of a corner begins: near its ends it falls off, so that the corner carries alone.
     """

@@ -31,7 +31,7 @@ FEATURES = 40  # features that are tried at most, mostly one or two
 WIDEST = 0.5  # [rad] longest step of Newton's method
 NARROW = 1e-6  # [rad] step below which rounding hides whether the gap grows
 CONVERGED = 1e-9  # [rad] difference of normals that count as equal
-INSIDE = SUNK  # radius of the inscribed ball, of the least radius; deeper, `touch.meet_contact` holds the normal
+INSIDE = SUNK  # radius of the inscribed ball, of the least radius; deeper, `meeting.meet_contact` holds the normal
 
 
 @jit_inside
