@@ -86,7 +86,8 @@ def asleep(world: Any) -> Array:
     """Which balls stand still to the last bit, shape (count,)."""
     if world.settings.engine == NONE:
         return world.world.asleep
-    return ~world.data.qvel.reshape(-1, 6).any(axis=1)
+    state = world.read()
+    return ~(state.velocity.any(axis=1) | state.spin.any(axis=1))
 
 
 def support(world: Any) -> float:
@@ -119,11 +120,12 @@ def build_times(count: int) -> dict[str, float]:
 
 def costs(
     count: int, seconds: float, step: float = 2e-3, pitch: float = PITCH, o: Any = DEFAULT, solvers: Any = SOLVERS,
-    seed: int = 0,
+    seed: int = 0, engine: str = "mujoco",
 ) -> dict[str, Any]:  # fmt: skip
-    """Processor time of a drop in MuJoCo, by the law and natively with each solver; see `timed`."""
-    made = {"law": poured(Settings("mujoco", timestep=step), count, pitch=pitch, o=o, seed=seed)}
-    made |= {one: poured(Settings("mujoco", NATIVE, timestep=step), count, one, pitch, o, seed) for one in solvers}
+    """Processor time of a drop in an engine, by the law and natively with each of MuJoCo's solvers; see `timed`."""
+    law, native = Settings(engine, timestep=step), Settings(engine, NATIVE, timestep=step)
+    made = {"law": poured(law, count, pitch=pitch, o=o, seed=seed)}
+    made |= {one: poured(native, count, one, pitch, o, seed) for one in solvers}
     return {"balls": count} | timed(made, seconds)
 
 

@@ -15,6 +15,7 @@ from contactlaw.pybullet_callback.trees import Tree
 from contactlaw.world import World
 from contactlaw.world.trees.coordinates import numbers, write_coordinates
 from tests.world.jointed_scenes import mass_matrix
+from validation.pybullet_robots import ROBOTS, standing
 
 pybullet_data = pytest.importorskip("pybullet_data")
 G = 9.81
@@ -235,39 +236,11 @@ def test_a_restart_is_exact_with_joints(client: int) -> None:
     assert numbers(callback._scene.bodies.arrays, 0, "q").size == 8
 
 
-UPRIGHT, LYING_Y = (0.0, 0.0, 0.0, 1.0), (0.0, 0.5, 0.5, 0.0)
-ROBOTS = {
-    "a1": ("a1/a1.urdf", 0.28, UPRIGHT, [0.0, 0.9, -1.8] * 4),
-    "laikago": ("laikago/laikago_toes.urdf", 0.561, LYING_Y, [0.0, -0.7, 0.7] * 4),
-    "cheetah": ("mini_cheetah/mini_cheetah.urdf", 0.287, UPRIGHT, [0.0, -0.8, 1.6] * 4),
-}
-"""File, height of the base [m], how it is turned, angles of the joints [rad]."""
-
-
-def standing(client: int, name: str, lift: float, pair: ContactPair) -> tuple[int, ContactCallback, int]:
-    """A robot let go by its motors' pose, and the contact of its feet with the floor."""
-    file, height, turn, pose = ROBOTS[name]
-    p.setAdditionalSearchPath(pybullet_data.getDataPath(), client)
-    p.setGravity(0.0, 0.0, -9.81, physicsClientId=client)
-    p.setTimeStep(0.002, client)
-    floor = p.loadURDF("plane.urdf", physicsClientId=client)
-    robot = p.loadURDF(file, [0.0, 0.0, height + lift], turn, physicsClientId=client)
-    names = {link: p.getJointInfo(robot, link, client) for link in range(p.getNumJoints(robot, client))}
-    joints = [link for link, info in names.items() if info[2] != p.JOINT_FIXED]
-    for link, place in zip(joints, pose, strict=True):
-        p.resetJointState(robot, link, place, physicsClientId=client)
-        p.setJointMotorControl2(robot, link, p.POSITION_CONTROL, place, force=40.0, physicsClientId=client)
-        p.changeDynamics(robot, link, linearDamping=0.0, angularDamping=0.0, physicsClientId=client)
-    feet = [(robot, link) for link, info in names.items() if b"toe" in info[12]]
-    contact = ContactCallback(client)
-    return robot, contact, contact.add_contact(feet, [floor], pair)
-
-
 @pytest.mark.parametrize("lift", [-0.0075, -0.007])
 def test_a_robot_stands_still_on_steel(client: int, lift: float) -> None:
     steel = MATERIALS["steel"]
     pair = ContactPair(steel, steel, friction=0.8, restitution=0.5, radius=0.02)
-    robot, contact, _ = standing(client, "a1", lift, pair)
+    robot, contact, _ = standing(client, "a1", pair, lift)
     fastest = 0.0
     for k in range(1500):
         contact.step()
@@ -280,7 +253,7 @@ def test_a_robot_stands_still_on_steel(client: int, lift: float) -> None:
 def test_a_robot_stands_still_on_the_motors_that_hold_it(client: int, name: str) -> None:
     stiff = Material(1e8, 0.4)
     rubber = ContactPair(stiff, stiff, friction=0.8, restitution=0.5)
-    robot, contact, handle = standing(client, name, 0.0, rubber)
+    robot, contact, handle = standing(client, name, rubber)
     heights = []
     for _ in range(1500):
         contact.step()

@@ -1,5 +1,6 @@
 """Heaps, a tube and slopes: creep, energy, and cost beside MuJoCo's own contact."""
 
+from collections.abc import Iterable
 from itertools import product
 from types import SimpleNamespace
 from typing import Any
@@ -71,11 +72,11 @@ class Crowds(Case):
         drops: list[Data] = []
         for name, asked, count, seconds, how in heaps[: 1 if quick else None]:
             seeds = 1 if "o" in how else SEEDS.get(count, 1)
-            found = _median([heap.costs(count, seconds, seed=seed, **how) for seed in range(seeds)])
+            found = median_drop(range(seeds), count, seconds, **how)
             name = name if seeds == 1 else f"{name}, median of {seeds}"
             what = name if found["settled"] else f"{name}, its first {seconds:g} s"
             drops.append(found | {"what": what})
-            limits += _limits(what, found, asked, "CG")
+            limits += drop_limits(what, found, asked, "CG")
         if not quick:
             made_in = heap.build_times(CROWD)
             limits += [Limit(f"{CROWD} balls added and compiled", 2.0, made_in["model"], "s"),
@@ -89,7 +90,7 @@ class Crowds(Case):
                        Limit(f"{what}, over native", 2.0, held["law"] / held["native"])]  # fmt: skip
         found = heap.timed({"law": lasting.tube(True), "native": lasting.tube(False)}, 3.0)
         drops.append(found | {"what": "tube of 5"})
-        limits += _limits("tube of 5", found, 2.0, "native")
+        limits += drop_limits("tube of 5", found, 2.0, "native")
 
         steps = {"a box on ball feet on a slope": lasting.lying_box()}
         if (path := lasting.ant()) is not None:
@@ -111,14 +112,22 @@ class Crowds(Case):
         return table
 
 
-def _median(drops: list[dict[str, Any]]) -> dict[str, Any]:
-    """The drop with the median cost over the native one."""
-    return sorted(drops, key=lambda one: one["drop"]["law"] / one["drop"]["CG"])[len(drops) // 2]
+def median_drop(seeds: Iterable[int], *heap: Any, native: str = "CG", **how: Any) -> dict[str, Any]:
+    """The drop of a heap, see `sims.heap.costs`, with the median cost over the native one."""
+    from sims.heap import costs
+
+    drops = sorted((costs(*heap, seed=seed, **how) for seed in seeds), key=lambda one: cost(one["drop"], native))
+    return drops[len(drops) // 2]
 
 
-def _limits(name: str, found: dict[str, Any], asked: float, native: str) -> list[Limit]:
+def cost(times: dict[str, float], native: str) -> float:
+    """Of the law over the engine's own contact."""
+    return times["law"] / times[native]
+
+
+def drop_limits(name: str, found: dict[str, Any], asked: float, native: str) -> list[Limit]:
     """Limits on the cost of the whole drop, and asleep."""
-    out = [Limit(f"{name}, drop over {native}", asked, found["drop"]["law"] / found["drop"][native])]
+    out = [Limit(f"{name}, drop over {native}", asked, cost(found["drop"], native))]
     if found["lying"]:
-        out.append(Limit(f"{name}, asleep over {native}", 0.3, found["lying"]["law"] / found["lying"][native]))
+        out.append(Limit(f"{name}, asleep over {native}", 0.3, cost(found["lying"], native)))
     return out
