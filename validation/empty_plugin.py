@@ -14,34 +14,18 @@ NAME = "validation.empty"
 POINTER, COUNT = types.uintp, types.int32
 
 
-@cfunc(types.void(POINTER, POINTER, COUNT, COUNT))
-def compute(model, data, instance, capability):
-    """Do nothing within the step."""
+def _of(result: Any, function: Any, *arguments: Any) -> Any:
+    return cfunc(result(*arguments))(function)
 
 
-@cfunc(types.void(POINTER, POINTER, COUNT))
-def advance(model, data, instance):
-    """Do nothing after the step."""
-
-
-@cfunc(types.void(POINTER, POINTER, POINTER, COUNT))
-def reset(model, state, data, instance):
-    """Do nothing at a reset."""
-
-
-@cfunc(COUNT(POINTER, COUNT))
-def nstate(model, instance):
-    """Return the number of doubles in its state: none."""
-    return 0
-
-
-@cfunc(COUNT(POINTER, POINTER, COUNT))
-def init(model, data, instance):
-    """Return that nothing is wrong."""
-    return 0
-
-
-FUNCTIONS = {"compute": compute, "advance": advance, "reset": reset, "nstate": nstate, "init": init}
+FUNCTIONS = {
+    "compute": _of(types.void, lambda model, data, instance, capability: None, POINTER, POINTER, COUNT, COUNT),
+    "advance": _of(types.void, lambda model, data, instance: None, POINTER, POINTER, COUNT),
+    "reset": _of(types.void, lambda model, state, data, instance: None, POINTER, POINTER, POINTER, COUNT),
+    "nstate": _of(COUNT, lambda model, instance: 0, POINTER, COUNT),
+    "init": _of(COUNT, lambda model, data, instance: 0, POINTER, POINTER, COUNT),
+}
+"""The engine's hooks; two of them return how many doubles the state has, and that nothing is wrong."""
 _registered: list[Any] = []  # MuJoCo keeps what it points to
 
 

@@ -1,6 +1,6 @@
 """Crowds and what lasts, in MuJoCo by the law and natively: a tube, a box, an ant, a ball held, thousands that fall."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from importlib.util import find_spec
 from math import ceil
@@ -14,13 +14,10 @@ import numpy as np
 from contactlaw import MATERIALS, ContactPair
 from sims.heap import FRICTION, RADIUS, RESTITUTION, SOLVERS
 from sims.scene import NATIVE, Settings
-from sims.worlds import new_world
-from sims.worlds.parts import onto
 from validation.ball import DOWN, FLOOR, STEEL, balls_world
 from validation.measure import interleaved
 
 TUBE, BALLS = 1.2 * RADIUS, 5  # half its width [m]
-HALF, BOX = 0.05, 1.0  # [m], [kg]
 POSE = [0, 1, 0, -1, 0, -1, 0, 1]  # joint angles of an ant that stands [rad]
 STEPS = 30  # that are timed at once
 GAP = 5.0  # radii from centre to centre, in a crowd
@@ -40,30 +37,21 @@ def tube(law: bool) -> Any:
     return world
 
 
-def box(law: bool) -> Any:
-    """One on a slope of 20 degrees; by the law it stands on ball feet in its corners."""
-    angle = np.radians(20.0)
-    normal = np.array([-np.sin(angle), 0.0, np.cos(angle)])
-    world: Any = new_world(Settings("mujoco"), DOWN)
-    world.plane("slope", normal=normal)
-    world.box("box", (HALF,) * 3, BOX, HALF * normal, rotation=onto(normal))
-    if law:
-        world.contact("box", "slope", ContactPair(STEEL, STEEL, 0.5, RESTITUTION))
-    else:
-        world.native(0.5, 0.0)
-    return world
-
-
 def lying_box(begin: float = 0.5) -> dict[str, float]:
-    """Median processor time of a step [s] of the box, by the law and natively, turn by turn, from a time on [s]."""
-    worlds = {"law": box(True), "native": box(False)}
+    """Median processor time of a step [s] of a box on a slope, by the law on ball feet in its corners and natively,
+    turn by turn, from a time on [s]."""
+    from sims.scenes import slope
+
+    both = {"law": Settings("mujoco"), "native": Settings("mujoco", NATIVE)}
+    worlds = {name: slope.built(how, SimpleNamespace(**slope.Slope().demand(how))) for name, how in both.items()}
     for world in worlds.values():
         world.start()
         world.step(round(begin / world.timestep))
-    return _a_step({name: partial(world.step, STEPS) for name, world in worlds.items()})
+    return a_step({name: partial(world.step, STEPS) for name, world in worlds.items()})
 
 
-def _a_step(runs: dict[str, Callable[[], None]]) -> dict[str, float]:
+def a_step(runs: Mapping[str, Callable[[], object]]) -> dict[str, float]:
+    """Median processor time of a step [s], turn by turn, of what takes `STEPS` of them in a run."""
     times = interleaved(runs, 10, clock=process_time)
     return {name: float(np.median(found)) / STEPS for name, found in times.items()}
 
@@ -89,20 +77,21 @@ def standing_ant(path: Path, seconds: float = 1.0) -> dict[str, float]:
         data.qpos[7:] = POSE
         engine.mj_step(model, data, round(seconds / model.opt.timestep))
         runs[name] = partial(engine.mj_step, model, data, STEPS)
-    return _a_step(runs)
+    return a_step(runs)
 
 
 def grasp(material: str, mass: float, seconds: float) -> dict[str, Any]:
     """A ball [kg] held and shaken for so long [s], see `sims.scenes.grasp`.
 
-    Returns "slip", by the law, of the ball in its fingers from the first whole second of shaking to the last [m]; and
-    mean processor times of a step [s] by the law and natively, turn by turn, while the native contact holds it.
+    Returns "slip", by the law, of the ball in its fingers from the first whole second of shaking to the last [m]; mean
+    processor times of a step [s] by the law and natively, turn by turn, while the native contact holds it; and "fell",
+    when that lets it fall [s], or None.
     """
     import mujoco
 
     from sims.scenes import grasp as scene
 
-    engine, step, worlds, held = mujoco, mujoco.mj_step, {}, []  # type: ignore[attr-defined]
+    engine, step, worlds, held, fell = mujoco, mujoco.mj_step, {}, [], None  # type: ignore[attr-defined]
     times, steps = {"law": 0.0, "native": 0.0}, 0
     for name in times:
         settings = Settings("mujoco", None if name == "law" else NATIVE, material, options={"mass": mass})
@@ -113,10 +102,11 @@ def grasp(material: str, mass: float, seconds: float) -> dict[str, Any]:
     model, data, _ = worlds["law"]
     while data.time < seconds:
         native = worlds["native"][1]
-        falls = abs(native.body("ball").xpos[2] - native.body("hand").xpos[2]) > 0.5 * scene.HOLD
-        for name in ("law",) if falls else times:
+        if fell is None and abs(native.body("ball").xpos[2] - native.body("hand").xpos[2]) > 0.5 * scene.HOLD:
+            fell = native.time
+        for name in times if fell is None else ("law",):
             one, state, force = worlds[name]
-            shaken = state.time >= scene.SWINGS and not falls
+            shaken = state.time >= scene.SWINGS and fell is None
             for _ in range(10):
                 scene.drive(one, state, force)
                 begun = process_time()
@@ -127,7 +117,7 @@ def grasp(material: str, mass: float, seconds: float) -> dict[str, Any]:
     second = round(1.0 / (10.0 * model.opt.timestep))
     first, last = round(scene.SWINGS) * second, len(held)
     slip = float(np.mean(held[first : first + second]) - np.mean(held[last - second : last]))
-    return {name: time / max(steps, 1) for name, time in times.items()} | {"slip": slip, "held": steps}
+    return {name: time / max(steps, 1) for name, time in times.items()} | {"slip": slip, "fell": fell}
 
 
 def crowd(count: int, kind: str) -> Any:
@@ -144,19 +134,4 @@ def crowd(count: int, kind: str) -> Any:
     if kind in SOLVERS:
         world.native(1.0, 0.0, ELASTIC)
         world.spec.option.solver = getattr(mujoco.mjtSolver, f"mjSOL_{kind.upper()}")  # type: ignore[attr-defined]
-    world.start()
     return world
-
-
-def step_costs(count: int, steps: int = 100, block: int = 10) -> dict[str, float]:
-    """Mean processor time of a step [s] of balls that fall and bounce from the start on, turn by turn, by the law and
-    by the native solver that took less."""
-    worlds = {kind: crowd(count, kind) for kind in ("law", *SOLVERS)}
-    times = dict.fromkeys(worlds, 0.0)
-    for _ in range(steps // block):
-        for kind, world in worlds.items():
-            begun = process_time()
-            world.step(block)
-            times[kind] += process_time() - begun
-    mean = {kind: time / (steps // block * block) for kind, time in times.items()}
-    return {"law": mean["law"], "native": min(mean[solver] for solver in SOLVERS)}

@@ -4,7 +4,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import chain, combinations
+from itertools import chain
 from typing import Any
 from unittest.mock import patch
 
@@ -28,8 +28,8 @@ BOUNCES = 3  # of the superball that count: the error of one is the throw of the
 class Build:
     """What a scene is built with: the default has every ingredient in; None, or no law: as the scene is shipped.
 
-    elastic: without a damper, restitution 1. substeps, collide, fixed_bodies_move: as `Tuning` has them. couples: which
-    of a row of bodies are told of, "all", "all, a call each", or "neighbours", those that the scene tells of.
+    elastic: without a damper, restitution 1. substeps, collide, fixed_bodies_move: as `Tuning` has them. others:
+    of a row of bodies, those couples too that never meet.
     """
 
     law: str = "microslip"
@@ -38,10 +38,10 @@ class Build:
     substeps: int = 100
     collide: bool = True
     fixed_bodies_move: bool | None = True
-    couples: str = "all"
+    others: bool = True
 
 
-FULL, SHIPPED = Build(), Build("", None, None, collide=False, fixed_bodies_move=None, couples="neighbours")
+FULL, SHIPPED = Build(), Build("", None, None, collide=False, fixed_bodies_move=None, others=False)
 INGREDIENTS: dict[str, dict[str, Any]] = {
     "tangential history": {"law": "coulomb"},
     "microslip nodes": {"law": "mindlin"},
@@ -50,7 +50,7 @@ INGREDIENTS: dict[str, dict[str, Any]] = {
     "half the substeps": {"substeps": 50},
     "native contact": {"collide": False},
     "pushes from outside": {"fixed_bodies_move": False},
-    "other couples": {"couples": "neighbours"},
+    "other couples": {"others": False},
 }
 """What can be left out, by its name in the table, and the fields of `Build` without it."""
 
@@ -160,13 +160,11 @@ def _trimmed(subject: Subject, build: Build, settings: Settings, gravity: ArrayL
     def touch(ones: Any, twos: Any, pair: ContactPair, *, speed: float = 1.0) -> None:
         if build.elastic is not None:
             pair = replace(pair, restitution=1.0 if build.elastic else min(pair.restitution, ALMOST))
-        if not subject.row or build.couples == "neighbours":
+        if not (subject.row and build.others):
             contact(ones, twos, pair, speed=speed)
         elif not told:
-            row = [body.name for body in world.bodies]
-            told.extend(combinations(row, 2) if build.couples == "all, a call each" else [(row, row)])
-            for one, two in told:
-                contact(one, two, pair, speed=speed)
+            told.extend(body.name for body in world.bodies)
+            contact(told, told, pair, speed=speed)
 
     def entries(duration: float, every: float | None = None, **facts: Any) -> Recording:
         return record(duration, max(every or 0.0, OWN_STEP[settings.engine]), **facts)

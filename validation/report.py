@@ -14,36 +14,7 @@ from validation.store import Result, load
 COVER = "law_accuracy"
 """The case whose picture heads the report."""
 
-HEAD = """# Validation
-
-Rigid-body engines either stop the tangential motion of two bodies in contact or let it slide. Elastic bodies do more:
-they store tangential motion and give it back, stick in the middle of the contact while they slip at its edge, and
-rebound backwards. `contactlaw` brings this to MuJoCo and PyBullet: with the accuracy of the theory of Maw, Barber &
-Fawcett (1976, 1981), at the engines' own time steps, without creating energy, and at little cost. This report tests
-these claims. It begins with the limits that are missed; then each claim has a chapter with the limits asked, the values
-reached, and figures.
-
-Exact results, conservation laws and convergence are tested in `tests/`: load cycles, torsion and the solvers that serve
-as reference for slides that turn (`tests/reference`), nodes and annuli that converge to one limit
-(`tests/test_law_against_reference.py`), the world without an engine (`tests/world`), and rows of touching balls
-(`tests/engines`, and the scene `cradle`).
-"""
-
-WORDS = """Two numbers describe an impact: **psi_1**, the angle of incidence (tangential over normal velocity of the
-contact point, times stiffness ratio over friction coefficient), and **chi**, which combines stiffness ratio and inertia
-(1.44 for a steel ball). The result is **psi_2**, the same angle after the bounce, between -psi_1 (the contact point
-reverses) and psi_1 (no friction); **e** is the restitution. Errors are those against the *reference*: the annulus
-solver of the paper, extrapolated. *Steps* and *nodes* say how finely a law is resolved in time and across the contact.
-"""
-
-REPEAT = """## How to repeat
-
-`python -m validation` measures all cases in about half an hour on two cores, and writes `results/*.json`, the pictures,
-this page and the table in the README. `-f '^NAME$'` runs one case, by its name in the table above; `--resume` runs the
-cases that an interruption left. `--quick` takes at most two minutes, with fewer impacts and repeats, and writes to
-`quick/`. `--report` only rewrites this page and the pictures. The exit code is 1 if a limit is missed. Compare times
-only on a quiet machine. No number on this page is typed by hand.
-"""
+TEMPLATE = Path(__file__).with_name("report_template.md")
 COSTS = """Costs are processor times divided by those of the scene or solver named after "over": native is the engine's
 own contact, CG its solver of that name.
 """
@@ -55,18 +26,22 @@ def write(cases: Iterable[Case], folder: Path) -> Path:
     """Write report.md into a folder from its results; cases without a result are named as missing."""
     found = [(case, load(case.name, folder)) for case in cases]
     present = [(case, result) for case, result in found if result is not None]
-    cover = [f"{_picture(case)}\n" for case, result in present if case.name == COVER and _drawn(case, result, folder)]
+    covers = (case for case, result in present if case.name == COVER and _drawn(case, result, folder))
+    cover = "".join(f"{_picture(case)}\n\n" for case in covers)
     rows = [row for row in readme.of("front", "report") if row.case in {case.name for case, _ in present}]
-    short = f"## In short\n\nA row for several limits shows the worst.\n\n{markdown(readme.table(rows, folder))}\n"
-    parts = [HEAD, *cover, WORDS, _missed(present), *([short] if rows else []), _summary(present), REPEAT]
-    parts += [_chapter(case, result, folder) for case, result in present]
+    table = f"A row for several limits shows the worst.\n\n{markdown(readme.table(rows, folder))}"
+    short = f"## In short\n\n{table}\n\n" if rows else ""
+    chapters = [_chapter(case, result, folder) for case, result in present]
     missing = [case.name for case, result in found if result is None]
     if missing:
         command = f"python -m validation -f '^({'|'.join(missing)})$'"
-        parts.append(f"## Not measured yet\n\n{', '.join(missing)}: run `{command}`.\n")
+        chapters.append(f"## Not measured yet\n\n{', '.join(missing)}: run `{command}`.\n")
+    text = TEMPLATE.read_text(encoding="utf-8").format(
+        cover=cover, missed=_missed(present), short=short, summary=_summary(present), chapters="\n".join(chapters)
+    )
     path = folder / "report.md"
     with whole(path) as part:
-        part.write_text("\n".join(parts))
+        part.write_text(text)
     return path
 
 

@@ -49,18 +49,7 @@ class Slope(Scene):
 
     def simulate(self, settings: Settings, o: Any) -> Recording:
         """Release the box just above the slope."""
-        angle = radians(o.angle)
-        normal = np.array([-sin(angle), 0.0, cos(angle)])
-        world: Any = new_world(settings)
-        world.plane("slope", normal=normal)
-        world.box("box", (HALF,) * 3, o.mass, (HALF + DROP) * normal, rotation=onto(normal))
-        if settings.law == NATIVE:
-            world.native(o.friction, 0.0)
-            if o.best and settings.engine == "mujoco":
-                set_best(world.spec.option)
-        else:
-            world.contact("box", "slope", ContactPair(o.material, o.material, o.friction, o.restitution))
-        return world.record(o.seconds, every=EVERY)
+        return built(settings, o).record(o.seconds, every=EVERY)
 
     def measure(self, recording: Recording) -> Measured:
         """Creep from half a second on, and the time of landing."""
@@ -115,6 +104,22 @@ class Slope(Scene):
         axes.grid(alpha=0.3)
         axes.legend(fontsize=8, loc="lower right", bbox_to_anchor=(1.0, 0.15))
         return figure
+
+
+def built(settings: Settings, o: Any) -> Any:
+    """Build the world, with the box just above the slope."""
+    angle = radians(o.angle)
+    normal = np.array([-sin(angle), 0.0, cos(angle)])
+    world: Any = new_world(settings)
+    world.plane("slope", normal=normal)
+    world.box("box", (HALF,) * 3, o.mass, (HALF + DROP) * normal, rotation=onto(normal))
+    if settings.law == NATIVE:
+        world.native(o.friction, 0.0)
+        if o.best and settings.engine == "mujoco":
+            set_best(world.spec.option)
+    else:
+        world.contact("box", "slope", ContactPair(o.material, o.material, o.friction, o.restitution))
+    return world
 
 
 FLOOR_UM = 1e-10  # the least that places of doubles tell apart, and where nothing is drawn

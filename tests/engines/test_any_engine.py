@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -326,3 +327,22 @@ def test_what_rolls_by_does_not_keep_awake(make: Make) -> None:
     after = world.read()
     assert np.array_equal(before.position[0], after.position[0]) and not after.velocity[0].any()
     assert not after.spin[0].any() and after.velocity[1] == pytest.approx([speed, 0.0, 0.0], rel=1e-6, abs=1e-9)
+
+
+def test_couples_given_one_by_one_are_a_set(make: Make) -> None:
+    def struck(couples: list[tuple]) -> State:
+        world = make(LONG)
+        for number in range(4):
+            world.ball(f"ball{number}", RADIUS, MASS, [2.0 * RADIUS * number - 1e-3 * (number == 0), 0.0, 0.0],
+                       [0.5 * (number == 0), 0.0, 0.0])  # fmt: skip
+        for one, two in couples:
+            world.contact(one, two, pair_of())
+        world.start()
+        world.step(20)
+        return world.read()
+
+    row = [f"ball{number}" for number in range(4)]
+    together, apart = struck([(row, row)]), struck(list(combinations(row, 2)))
+    assert together.velocity[3, 0] > 0.4
+    np.testing.assert_array_equal(together.velocity, apart.velocity)
+    np.testing.assert_array_equal(together.spin, apart.spin)

@@ -14,8 +14,8 @@ from contactlaw.pybullet_callback import ContactCallback
 from contactlaw.pybullet_callback.trees import Tree
 from contactlaw.world import World
 from contactlaw.world.trees.coordinates import numbers, write_coordinates
+from sims.quadrupeds import ROBOTS, standing
 from tests.world.jointed_scenes import mass_matrix
-from validation.pybullet_robots import ROBOTS, standing
 
 pybullet_data = pytest.importorskip("pybullet_data")
 G = 9.81

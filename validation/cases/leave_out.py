@@ -63,13 +63,6 @@ def can_go(change: float | None) -> bool:
     return change is not None and change <= ALLOWED
 
 
-def grouping(engine: str) -> float | None:
-    """Change of the cradle's velocities if every pair of bodies is added by a call of its own."""
-    cradle = subjects()["cradle"]
-    one, two = (run(cradle, engine, replace(FULL, couples=how)) for how in ("all", "all, a call each"))
-    return difference(cradle.results(one), cradle.results(two))
-
-
 class LeaveOut(Case):
     """Each scene is run with every ingredient of the law, then with one left out. The table gives the largest change of
     its result (psi_2, or a velocity after over one before) and the share of time saved. An ingredient that changes the
@@ -90,7 +83,6 @@ class LeaveOut(Case):
             found = data["engines"][engine][name] = judge(known[name], engine, 2 if quick else 8)
             if not found["result"]:
                 problems.append(f"{name} in {engine}: no result")
-        data["grouping"] = {engine: grouping(engine) for engine in QUICK}
         return Outcome(_limits(data), data, problems)
 
     def table(self, data: Data) -> Table:
@@ -116,11 +108,9 @@ def _limits(data: Data) -> list[Limit]:
               if what in INGREDIENTS and can_go(cell["change"])]  # fmt: skip
     return [
         Limit("change by one ingredient that is said to be left out", ALLOWED, max(single, default=0.0)),
-        *(Limit(f"change by {what}", asked, _largest(changes))
-          for what, asked, changes in (
-              ("all of them together", ALLOWED, [cells["together"]["change"] for cells in scenes]),
-              ("what the scenes as shipped leave out", ALLOWED, [cells["shipped"]["change"] for cells in scenes]),
-              ("giving the cradle's couples one by one", 0.0, data["grouping"].values()))),
+        *(Limit(f"change by {what}", ALLOWED, _largest(cells[key]["change"] for cells in scenes))
+          for what, key in (("all of them together", "together"),
+                            ("what the scenes as shipped leave out", "shipped"))),
     ]  # fmt: skip
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from contactlaw import LAWS, MATERIALS, Material, rebound
 from validation.case import Case, Data, Limit, Outcome, Table
-from validation.cases.left_out import ZERODUR
+from validation.cases.approximations import ZERODUR
 from validation.measured import Array, load
 from validation.prediction import REFERENCE, SPHERE, quiet_pair, reference, rms
 

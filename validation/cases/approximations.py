@@ -51,7 +51,7 @@ PAIRS: list[tuple[str, Material, Material, float | None]] = [
 Joseph & Hunt (2004), Cross (2010), Chung & Ooi (2011)."""
 
 
-class LeftOut(Case):
+class Approximations(Case):
     """The theory behind the laws takes the tangential displacement as axisymmetric, the contact as quasi-static, its
     patch as fixed in place, and the materials as alike. This chapter estimates the error of each approximation for the
     impacts that the laws are compared with.

@@ -1,15 +1,9 @@
 """Quadrupeds of pybullet_data that stand on the motors of their joints, by the law and by Bullet's own contact."""
 
-from collections.abc import Callable
-from functools import partial
-from time import process_time
 from typing import Any
 
-import numpy as np
-
-from contactlaw import ContactPair, Material
+from contactlaw import ContactPair
 from contactlaw.pybullet_callback import ContactCallback
-from validation.measure import interleaved
 
 UPRIGHT, LYING_Y = (0.0, 0.0, 0.0, 1.0), (0.0, 0.5, 0.5, 0.0)
 ROBOTS = {
@@ -19,9 +13,6 @@ ROBOTS = {
 }
 """File, height of the base [m], how it is turned, angles of the joints [rad]."""
 TIMESTEP, TORQUE = 2e-3, 40.0  # [s], and of a motor at most [N m]
-SETTLED, ROUNDS, STEPS = 500, 20, 50  # steps until a robot stands; how often how many are timed then
-RUBBER = ContactPair(Material(1e8, 0.4), Material(1e8, 0.4), friction=0.8, restitution=0.5)
-"""Of a hard kind."""
 
 
 def standing(client: int, name: str, pair: ContactPair | None, lift: float = 0.0) -> tuple[int, Any, int]:
@@ -56,34 +47,3 @@ def standing(client: int, name: str, pair: ContactPair | None, lift: float = 0.0
     feet = [(robot, link) for link, info in names.items() if b"toe" in info[12]]
     contact = ContactCallback(client)
     return robot, contact, contact.add_contact(feet, [floor], pair)
-
-
-def watched(name: str) -> dict[str, float]:
-    """What a robot that stands costs, and how far its base still moves.
-
-    Returns median processor times of a step [s], "law" and "native", turn by turn, and the greatest distance of the
-    base from its place at the first of these steps [m], "moved" and "native_moved".
-    """
-    import pybullet as p
-
-    clients, runs, places = [], {}, {}
-    for kind, pair in {"law": RUBBER, "native": None}.items():
-        clients.append(client := p.connect(p.DIRECT))
-        robot, contact, _ = standing(client, name, pair)
-        step = contact.step if contact else partial(p.stepSimulation, client)
-        for _ in range(SETTLED):
-            step()
-        places[kind] = found = []
-        runs[kind] = partial(_steps, step, partial(p.getBasePositionAndOrientation, robot, client), found)
-    times = interleaved(runs, ROUNDS, clock=process_time)
-    moved = {kind: float(np.linalg.norm(np.array(found) - found[0], axis=1).max()) for kind, found in places.items()}
-    for client in clients:
-        p.disconnect(client)
-    cost = {kind: float(np.median(found)) / STEPS for kind, found in times.items()}
-    return cost | {"moved": moved["law"], "native_moved": moved["native"]}
-
-
-def _steps(step: Callable[[], object], place: Callable[[], Any], found: list[Any]) -> None:
-    for _ in range(STEPS):
-        step()
-    found.append(place()[0])
