@@ -9,7 +9,7 @@ scatter more, they determine its range. The allowed region need not be connected
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import ndimage, optimize, stats
+from scipy import optimize, stats
 
 from contactlaw.calibration.fit import Problem, inliers, robust_scale
 from contactlaw.calibration.table import Array, Impacts, Mask
@@ -17,9 +17,7 @@ from contactlaw.calibration.table import Array, Impacts, Mask
 WIDEST = 2.5  # a parameter whose 95 % range spans more than this factor is not determined
 LEAST_FREEDOM = 2  # degrees of freedom below which the scatter does not give the errors
 NORMAL = float(stats.norm.ppf(0.975))
-WINDOW = 0.2  # greatest step in a logarithm, to a minimum of the cost or between points of a profile
-MINIMUM_STEPS = 6  # Gauss-Newton steps to a minimum
-LINEAR_ERROR = 0.02  # relative error of the cost that a linear curve predicts
+WINDOW = 0.2  # greatest step in a logarithm between points of a profile
 FIRST_STEP, LAST_STEP = 0.01, 0.15  # steps along a profile, in the logarithm
 
 
@@ -99,31 +97,15 @@ def evaluate(whole: Problem) -> Evidence:
     reaches = np.full(problem.fitted, reach) if known else np.maximum(unequal(problem, best, freedom), reach)
     limits = least + reaches**2 * (1.0 if known else max(least, n * problem.least_scale**2) / misfit)
     within = np.array([place for place, _ in fits])
-    ranges = np.exp(np.stack([best, best], axis=1))
-    allowed = [problem.grid[problem.map <= limits.max()]]
+    ranges, allowed = np.exp(np.stack([best, best], axis=1)), []
     for axis, most in enumerate(limits.tolist()):
-        places = np.concatenate([within[problem.cost(within) <= most], _minima(problem, axis, most)])
+        places = np.concatenate([within[problem.cost(within) <= most], problem.grid[problem.map <= most]])
         allowed.append(places)
         low, high = places[np.argmin(places[:, axis])], places[np.argmax(places[:, axis])]
         ranges[axis] = np.exp([_end(problem, most, low, axis, -1), _end(problem, most, high, axis, 1)])
     if felt == 2 and np.abs(best[1] - problem.grid[0, [0, -1], 1]).min() < 1e-6:
         ranges[0] = 0.0, np.inf  # a better curve may lie beyond the map
     return Evidence(used, np.exp(best), misfit, freedom, scatter, reach, ranges, np.exp(np.concatenate(allowed)))
-
-
-def _minima(problem: Problem, axis: int, most: float) -> Array:
-    """Return allowed places, shape (m, 2): minima of the map along one axis, refined by Gauss-Newton steps."""
-    near = ndimage.minimum_filter1d(problem.map, 3, axis) * (1.0 + 1e-9)
-    places, unit = problem.grid[problem.map <= near], np.eye(2)[axis]
-    for _ in range(MINIMUM_STEPS):
-        terms = problem.terms(places)
-        slopes = (problem.terms(places + 1e-6 * unit) - terms) / 1e-6
-        cost, down, power = (np.sum(one, axis=-1) for one in (terms**2, slopes * terms, slopes**2))
-        power = np.maximum(power, 1e-300)
-        promising = cost - down**2 / power <= most + LINEAR_ERROR * cost  # the minimum, if the curve were linear
-        step = np.clip(-down / power, -WINDOW, WINDOW)[:, None] * unit
-        places = np.clip(places + step, problem.grid[0, 0], problem.grid[-1, -1])[promising]
-    return places[problem.cost(places) <= most]
 
 
 def _end(problem: Problem, most: float, place: Array, axis: int, side: int) -> float:
