@@ -1,9 +1,8 @@
 """95 % ranges of mu and kappa: how far each can go before even the best curve fits too badly.
 
 The limit is that of a likelihood ratio if errors are given, and of an F test (Student's t squared) if they are
-estimated from the scatter. A curve with two parameters may pass through few impacts by chance; so the scatter of
-V_z2/V_z1 also enters the estimate. Unknown errors may differ between impacts: if those that determine a parameter
-scatter more, they determine its range. The allowed region need not be connected, so the whole map is searched.
+estimated from the scatter. Unknown errors may differ between impacts: if those that determine a parameter scatter more,
+they determine its range. The allowed region need not be connected, so the whole map is searched.
 """
 
 from dataclasses import dataclass, replace
@@ -51,14 +50,6 @@ class Evidence:
         return bool(high <= WIDEST * low)
 
 
-def pooled(misfit: float, freedom: int, problem: Problem) -> float:
-    """95 % reach from the scatter about the curve and that of V_z2/V_z1 together; 0 if they differ beyond chance."""
-    other, more = problem.impacts.bounce_misfit()
-    if more < 1 or other / more > stats.f.ppf(0.999, more, freedom) * misfit / freedom:
-        return 0.0
-    return float(np.sqrt((misfit + other) / (freedom + more)) * stats.t.ppf(0.975, freedom + more))
-
-
 def unequal(problem: Problem, place: Array, freedom: int) -> Array:
     """95 % reach for each parameter, shape (fitted,), if the errors differ between impacts.
 
@@ -92,7 +83,7 @@ def evaluate(whole: Problem) -> Evidence:
         open_range = np.array([[0.0, np.inf], [0.0, np.inf]])
         return Evidence(used, np.exp(best), misfit, freedom, None, np.inf, open_range, np.empty((0, 2)))
     scatter, quantile = wider
-    reach = scatter * quantile if known else max(scatter * quantile, pooled(misfit, freedom, problem))
+    reach = scatter * quantile
     least = float(problem.cost(best))
     reaches = np.full(problem.fitted, reach) if known else np.maximum(unequal(problem, best, freedom), reach)
     limits = least + reaches**2 * (1.0 if known else max(least, n * problem.least_scale**2) / misfit)
