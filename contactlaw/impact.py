@@ -1,8 +1,6 @@
 """One contact without an engine: whole impacts in scaled variables, and forces along a prescribed path."""
 
 from bisect import bisect_left
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache, partial
 from math import ceil, inf, isfinite, sqrt
 
@@ -21,7 +19,6 @@ from contactlaw.pair import ContactPair, warn_of_depth
 # normal frequency; the faster it is, the finer are the tractions that it leaves across the contact.
 CHI_BOUNDS = [1.3, 2.2, 5.0, 10.0, 20.0, 40.0]
 RESOLUTION = [(16, 128), (16, 160), (32, 256), (64, 360), (64, 512), (128, 720), (128, 1024)]
-BATCH = 8192  # impacts that a thread takes at a time
 RADIUS_AT = (PAIR.names or ()).index("radius")
 MOST_STEPS = 1_000_000  # an impact; the error, 1/steps^2, is rounding by then
 STABLE_STEPS = 4.5  # steps an impact over sqrt(chi): twice those at which the leapfrog of a stuck contact is unstable
@@ -30,7 +27,7 @@ SCALED = 0.75, 0.75, 1.0, 1.0  # E*, G*, R and mu of a pair with P = delta^1.5 a
 
 def rebound(
     psi_1: ArrayLike, chi: ArrayLike, law: str | Law = "microslip", restitution: ArrayLike = 1.0, *,
-    steps: int | None = None, threads: int = 1,
+    steps: int | None = None,
 ) -> float | Array:  # fmt: skip
     """Scaled tangential velocity of the contact point after an impact.
 
@@ -41,18 +38,17 @@ def rebound(
             m = V_z1 = 1 and P = delta^1.5.
         restitution: e in [1e-6, 1].
         steps: Steps per impact; None: 128 to 1024, by chi. `coulomb` needs none.
-        threads: Number of threads that share a large batch, >= 1; results do not depend on it.
 
     Returns:
         psi_2 = (kappa/mu) V_x2/V_z1, scaled by the approach speed; a float if all arguments are scalars.
         Largest error of `microslip` at default settings: below 1e-3 for chi from 0.5 to 2, below 5e-3 up to 4.5.
+        Threads of the caller may share a large batch: compiled code releases the GIL.
 
     Raises:
         ValueError: A value is outside its range; the message names it.
     """
     rule = law_of(law)
     steps = None if steps is None else checks.count("steps", steps, 4, MOST_STEPS)
-    threads = checks.count("threads", threads, 1)
     given = {"psi_1": psi_1, "chi": chi, "restitution": restitution}
     if all(isinstance(value, float) for value in given.values()):  # one impact: arrays would cost more than it does
         one = float(psi_1), float(chi), float(restitution)  # type: ignore[arg-type]
@@ -63,7 +59,7 @@ def rebound(
     if ((e < checks.LEAST_RESTITUTION) | (e > 1.0)).any():
         wrong = e[(e < checks.LEAST_RESTITUTION) | (e > 1.0)].flat[0]
         raise ValueError(f"restitution = {wrong}: must be {checks.RESTITUTIONS}")
-    out = _grouped(psi.ravel(), c.ravel(), e.ravel(), rule, steps, threads).reshape(psi.shape)
+    out = _grouped(psi.ravel(), c.ravel(), e.ravel(), rule, steps).reshape(psi.shape)
     return out if psi.ndim else float(out)
 
 
@@ -79,7 +75,7 @@ def _single(psi_1: float, chi: float, restitution: float, law: Law, steps: int |
     return float(_group(np.array([psi_1]), np.array([chi]), restitution, chi_class, law, steps)[0])
 
 
-def _grouped(psi: Array, chi: Array, e: Array, law: Law, steps: int | None, threads: int) -> Array:
+def _grouped(psi: Array, chi: Array, e: Array, law: Law, steps: int | None) -> Array:
     """psi_2 of impacts, in groups of one restitution and one resolution, which share their tables."""
     out = np.empty(psi.size)
     classes = np.searchsorted(CHI_BOUNDS, chi)
@@ -87,19 +83,17 @@ def _grouped(psi: Array, chi: Array, e: Array, law: Law, steps: int | None, thre
         in_class = np.flatnonzero(classes == number)
         for restitution in np.unique(e[in_class]):
             chosen = in_class[e[in_class] == restitution]
-            out[chosen] = _group(psi[chosen], chi[chosen], float(restitution), int(number), law, steps, threads)
+            out[chosen] = _group(psi[chosen], chi[chosen], float(restitution), int(number), law, steps)
     return out
 
 
-def _group(
-    psi: Array, chi: Array, restitution: float, chi_class: int, law: Law, steps: int | None, threads: int = 1
-) -> Array:
+def _group(psi: Array, chi: Array, restitution: float, chi_class: int, law: Law, steps: int | None) -> Array:
     """psi_2 of a group of impacts with one restitution and one resolution."""
     nodes, default_steps = RESOLUTION[chi_class]
     count = steps or default_steps
     check_steps(count, float(chi.max()))
-    run, out = _impacts(law.with_nodes(nodes), _damping_ratio(restitution), count), np.empty(psi.size)
-    _share(lambda part: run(psi[part], chi[part], out[part]), psi.size, threads)
+    out = np.empty(psi.size)
+    _impacts(law.with_nodes(nodes), _damping_ratio(restitution), count)(psi, chi, out)
     return out
 
 
@@ -116,15 +110,6 @@ def _by_steps(law: Law, zeta: float, steps: int, psi: Array, chi: Array, out: Ar
     single.impacts_by_steps(
         law.with_pair(*SCALED, zeta, 1.0, 1.0, 0.0), *law.new_contact(), motion, deepest, psi, chi, out
     )
-
-
-def _share(run: Callable[[slice], object], size: int, threads: int) -> None:
-    """Share a batch among threads, in parts so small that no thread waits long for the others."""
-    if threads == 1 or size <= BATCH:
-        run(slice(None))
-        return
-    with ThreadPoolExecutor(threads) as pool:
-        list(pool.map(run, (slice(start, start + BATCH) for start in range(0, size, BATCH))))
 
 
 def nodes_for(chi: float) -> int:

@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from time import perf_counter
-from types import FunctionType
 from typing import Any, TypeVar
 
 import numba
@@ -284,19 +283,6 @@ def compiling(what: str, seconds: int) -> Iterator[None]:
 
 jit = jit_for("")
 """`numba.njit` with the cache keyed on every source of the package; plain Python under NUMBA_DISABLE_JIT=1."""
-
-
-def plain(function: Any) -> Any:
-    """Return a compiled function as plain Python, together with the functions that it calls.
-
-    For a few calls from Python, which do not repay the compilation.
-    """
-    own = getattr(function, "py_func", None)
-    if own is None:
-        return function
-    known = own.__globals__
-    callees = {name: plain(known[name]) for name in own.__code__.co_names if name in known}
-    return FunctionType(own.__code__, known | callees)
 
 
 jit_inside = jit

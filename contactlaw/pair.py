@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw import checks, losses
-from contactlaw.jit import plain
 from contactlaw.laws import Law, hertz, law_of, normal_motion, oscillator, sectors
 from contactlaw.losses import OverSpeed
 from contactlaw.material import Material, material_of
@@ -131,7 +130,7 @@ class ContactPair:
 
         The coefficient alpha of Tsuji et al. (1992) is sqrt(5) zeta.
         """
-        return plain(oscillator.damping_ratio)(self._at(1.0, 0.0)[0])
+        return oscillator.damping_ratio(self._at(1.0, 0.0)[0])
 
     def at(self, closing: float, sliding: float = 0.0) -> ContactPair:
         """Return the pair with the restitution and friction of an impact at these closing and sliding speeds [m/s]."""
@@ -170,7 +169,7 @@ class ContactPair:
     def greatest_overlap(self, mass: float, speed: float) -> float:
         """Greatest overlap [m] of an impact, for the normal effective mass [kg] and approach speed [m/s]."""
         deepest = self._deepest(mass, speed)
-        return deepest * plain(oscillator.restitution)(self.at(speed).damping_ratio) ** 0.4
+        return deepest * oscillator.restitution(self.at(speed).damping_ratio) ** 0.4
 
     def contact_duration(self, mass: float, speed: float) -> float:
         """Duration of an impact [s], for the normal effective mass [kg] and approach speed [m/s].

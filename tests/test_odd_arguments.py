@@ -42,7 +42,7 @@ FUNCTIONS = {
         "stiffness_ratio": 1.0, "rolling_resistance": 0.0,
     }),
     "rebound": (rebound, {
-        "psi_1": 1.0, "chi": 1.0, "law": "microslip", "restitution": 0.9, "steps": None, "threads": 1,
+        "psi_1": 1.0, "chi": 1.0, "law": "microslip", "restitution": 0.9, "steps": None,
     }),
     "rebound, arrays": (rebound, {"psi_1": [1.0, 2.0], "chi": 1.0, "law": "mindlin", "restitution": 0.9, "steps": 99}),
     "Body": (Body, {"mass": 1.0, "radius": 0.1, "inertia": 0.1, "velocity": (0, 0, -1.0), "spin": (0, 0, 0)}),

@@ -274,12 +274,3 @@ def test_too_few_steps_are_refused_or_stay_passive() -> None:
 def test_bad_values_are_named_and_refused(arguments: dict, named: str) -> None:
     with pytest.raises(ValueError, match=named):
         rebound(**({"psi_1": 0.5, "chi": 1.256} | arguments))
-
-
-def test_threads_change_nothing_but_the_time() -> None:
-    random = np.random.default_rng(3)
-    psi_1, chi = random.uniform(-8.0, 8.0, 20_000), random.uniform(0.5, 2.0, 20_000)
-    for law in ("microslip", "mindlin"):
-        np.testing.assert_array_equal(rebound(psi_1, chi, law, threads=3), rebound(psi_1, chi, law))
-    with pytest.raises(ValueError, match="threads = 0"):
-        rebound(0.5, 1.0, threads=0)

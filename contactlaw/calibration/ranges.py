@@ -1,15 +1,14 @@
 """95 % ranges of mu and kappa: how far each can go before even the best curve fits too badly.
 
 The limit is that of a likelihood ratio if errors are given, and of an F test (Student's t squared) if they are
-estimated from the scatter. A curve with two parameters may pass through few impacts by chance; so the scatter of
-V_z2/V_z1 also enters the estimate. Unknown errors may differ between impacts: if those that determine a parameter
-scatter more, they determine its range. The allowed region need not be connected, so the whole map is searched.
+estimated from the scatter. Unknown errors may differ between impacts: if those that determine a parameter scatter more,
+they determine its range. The allowed region need not be connected, so the whole map is searched.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import ndimage, optimize, stats
+from scipy import optimize, stats
 
 from contactlaw.calibration.fit import Problem, inliers, robust_scale
 from contactlaw.calibration.table import Array, Impacts, Mask
@@ -17,9 +16,7 @@ from contactlaw.calibration.table import Array, Impacts, Mask
 WIDEST = 2.5  # a parameter whose 95 % range spans more than this factor is not determined
 LEAST_FREEDOM = 2  # degrees of freedom below which the scatter does not give the errors
 NORMAL = float(stats.norm.ppf(0.975))
-WINDOW = 0.2  # greatest step in a logarithm, to a minimum of the cost or between points of a profile
-MINIMUM_STEPS = 6  # Gauss-Newton steps to a minimum
-LINEAR_ERROR = 0.02  # relative error of the cost that a linear curve predicts
+WINDOW = 0.2  # greatest step in a logarithm between points of a profile
 FIRST_STEP, LAST_STEP = 0.01, 0.15  # steps along a profile, in the logarithm
 
 
@@ -51,14 +48,6 @@ class Evidence:
         """Whether the range of mu (0) or kappa (1) is closed and narrow."""
         low, high = self.ranges[which]
         return bool(high <= WIDEST * low)
-
-
-def pooled(misfit: float, freedom: int, problem: Problem) -> float:
-    """95 % reach from the scatter about the curve and that of V_z2/V_z1 together; 0 if they differ beyond chance."""
-    other, more = problem.impacts.bounce_misfit()
-    if more < 1 or other / more > stats.f.ppf(0.999, more, freedom) * misfit / freedom:
-        return 0.0
-    return float(np.sqrt((misfit + other) / (freedom + more)) * stats.t.ppf(0.975, freedom + more))
 
 
 def unequal(problem: Problem, place: Array, freedom: int) -> Array:
@@ -94,36 +83,20 @@ def evaluate(whole: Problem) -> Evidence:
         open_range = np.array([[0.0, np.inf], [0.0, np.inf]])
         return Evidence(used, np.exp(best), misfit, freedom, None, np.inf, open_range, np.empty((0, 2)))
     scatter, quantile = wider
-    reach = scatter * quantile if known else max(scatter * quantile, pooled(misfit, freedom, problem))
+    reach = scatter * quantile
     least = float(problem.cost(best))
     reaches = np.full(problem.fitted, reach) if known else np.maximum(unequal(problem, best, freedom), reach)
     limits = least + reaches**2 * (1.0 if known else max(least, n * problem.least_scale**2) / misfit)
     within = np.array([place for place, _ in fits])
-    ranges = np.exp(np.stack([best, best], axis=1))
-    allowed = [problem.grid[problem.map <= limits.max()]]
+    ranges, allowed = np.exp(np.stack([best, best], axis=1)), []
     for axis, most in enumerate(limits.tolist()):
-        places = np.concatenate([within[problem.cost(within) <= most], _minima(problem, axis, most)])
+        places = np.concatenate([within[problem.cost(within) <= most], problem.grid[problem.map <= most]])
         allowed.append(places)
         low, high = places[np.argmin(places[:, axis])], places[np.argmax(places[:, axis])]
         ranges[axis] = np.exp([_end(problem, most, low, axis, -1), _end(problem, most, high, axis, 1)])
     if felt == 2 and np.abs(best[1] - problem.grid[0, [0, -1], 1]).min() < 1e-6:
         ranges[0] = 0.0, np.inf  # a better curve may lie beyond the map
     return Evidence(used, np.exp(best), misfit, freedom, scatter, reach, ranges, np.exp(np.concatenate(allowed)))
-
-
-def _minima(problem: Problem, axis: int, most: float) -> Array:
-    """Return allowed places, shape (m, 2): minima of the map along one axis, refined by Gauss-Newton steps."""
-    near = ndimage.minimum_filter1d(problem.map, 3, axis) * (1.0 + 1e-9)
-    places, unit = problem.grid[problem.map <= near], np.eye(2)[axis]
-    for _ in range(MINIMUM_STEPS):
-        terms = problem.terms(places)
-        slopes = (problem.terms(places + 1e-6 * unit) - terms) / 1e-6
-        cost, down, power = (np.sum(one, axis=-1) for one in (terms**2, slopes * terms, slopes**2))
-        power = np.maximum(power, 1e-300)
-        promising = cost - down**2 / power <= most + LINEAR_ERROR * cost  # the minimum, if the curve were linear
-        step = np.clip(-down / power, -WINDOW, WINDOW)[:, None] * unit
-        places = np.clip(places + step, problem.grid[0, 0], problem.grid[-1, -1])[promising]
-    return places[problem.cost(places) <= most]
 
 
 def _end(problem: Problem, most: float, place: Array, axis: int, side: int) -> float:

@@ -47,13 +47,6 @@ class Impacts:
         ratio = np.sign(x1) * (x1 - x2) / normal
         return ratio, np.sqrt(s_x1**2 + s_x2**2 + (self.mass_ratio * ratio) ** 2 * (s_z1**2 + s_z2**2)) / normal
 
-    def bounce_misfit(self) -> tuple[float, int]:
-        """chi^2 of V_z2/V_z1 about its mean, and its degrees of freedom (0 if V_z2 was not measured)."""
-        z1, z2 = self.velocities[::2]
-        weight = z1**2 / (self.errors[2] ** 2 + (z2.mean() / z1.mean() * self.errors[0]) ** 2)
-        mean = np.average(z2 / z1, weights=weight)
-        return float(np.sum(weight * (z2 / z1 - mean) ** 2)), self.size - 1 if self.own_restitution else 0
-
 
 def velocities_of(before: Sequence[ArrayLike], after: Sequence[ArrayLike | None], restitution: float | None) -> Array:
     """Check the arguments of `calibrate` and return V_z1, V_x1, V_z2, V_x2 [m/s], shape (4, n)."""

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contactlaw.jit import jit, plain
+from contactlaw.jit import jit
 from contactlaw.laws.base import Array
 from contactlaw.laws.oscillator import end_phase, phase_of_velocity, phase_point
 from contactlaw.laws.record import record
@@ -107,7 +107,7 @@ normal_motion = lru_cache(maxsize=64)(normal_table)
 @lru_cache(maxsize=64)
 def duration(zeta: float) -> float:
     """Scaled time of a whole impact, by Gauss points in s, where s^5 is the distance in phase from its start or end."""
-    end = plain(end_phase)(zeta)
+    end = end_phase(zeta)
     omega = np.emath.sqrt(1.0 - zeta * zeta) if abs(zeta - 1.0) > 1e-6 else 1e-4
     s, weights = np.polynomial.legendre.leggauss(40)
     s = 0.5 * (s + 1.0)

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import pybullet as p
 
-from contactlaw.jit import plain
 from contactlaw.pybullet_callback.bodies import Bodies
 from contactlaw.pybullet_callback.contact import Contact, ContactState
 from contactlaw.pybullet_callback.shapes import Key, Measured, Side, bodies_of, can_move
@@ -152,7 +151,7 @@ class Scene:
         for bit, text in DOUBTFUL.items():
             if int(record["noted"]) & bit and (one.key, two.key, text) not in contact.told:
                 contact.told.add((one.key, two.key, text))
-                yield f"{one} and {two}", text.format(plain(doubt_value)(record, bit))
+                yield f"{one} and {two}", text.format(doubt_value(record, bit))
 
     def states(self, handle: int, *these: tuple[Key, Key]) -> list[ContactState]:
         """Return the contacts of a handle that touched within the last step, and those of `these` in any case."""

@@ -44,6 +44,16 @@ def test_two_sliding_impacts_may_not_slide_at_all():
     assert result.friction.lower < MU < 10.0 * MU < result.friction.upper
 
 
+def test_a_range_holds_all_places_of_the_map_that_fit():
+    """Impacts made with kappa 1 and mu 0.104; a better fit at kappa 1.77 is not the end of what fits."""
+    before = ([1.76, 1.06, 1.53, 1.73, 1.95, 0.82, 1.04, 1.13, 0.72, 1.96, 1.83],
+              [1.39, 1.09, 1.46, 1.60, -0.04, 0.35, 0.86, -0.04, 0.17, 2.04, 1.99])  # fmt: skip
+    after = ([1.57, 0.95, 1.20, 1.48, 1.77, 0.79, 0.91, 0.96, 0.70, 1.73, 1.56],
+             [0.22, 0.26, 0.44, 0.34, 0.06, -0.13, 0.16, 0.01, 0.05, 0.65, 0.69])  # fmt: skip
+    kappa = calibrate(before, after, 0.4, normal_error=0.05, tangential_error=0.05).stiffness_ratio
+    assert kappa.lower is not None and kappa.lower < 1.0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [4, 5, 8])
 def test_ranges_of_few_impacts_without_errors_hold_the_truth(count):
