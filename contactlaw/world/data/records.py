@@ -46,8 +46,7 @@ BODY = record(
     time="f8",  # [s] since the step began, up to which it has been moved
     still="i8",  # 1: nothing moves it within this step
     touched="i8", placed="i8",  # 1: its step ends as the world has it, as after any impulse; the user has moved it
-    # [m] that its surface has moved in the substeps of a window, at most, and may in the next; see `watching.watch`
-    path="f8", next_path="f8", watched_path="f8",
+    path="f8", next_path="f8",  # [m] that its surface has moved in a window's substeps, at most, and may in the next
     reach="f8",  # [m] from its centre of mass to the furthest centre, middle line or core of its shapes
     square_rate="f8", pressing="i8",  # see `pace.add_square_rate` [1/s^2]; how many are closed
     # its turn
@@ -192,7 +191,6 @@ NEAR = record(
     slot="i8",  # of its contact, if that is closed or has been in this step; else -1
     # not 0: taken into an island in this window; SETTLED: and it passes on no change of velocity; next of the island
     closed="i8", active="i8", link="i8",
-    coasts="i8",  # 1: its contact coasts, see `contacts.coasting`
     body_a="i8", body_b="i8",
     path_limit="f8",  # [m] sum of both bodies' `path` at which it can close, in a run of substeps
     a="i8", b="i8", pair="i8",
