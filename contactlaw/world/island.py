@@ -49,9 +49,10 @@ def integrate(w, root, now, until):
     """
     bodies, t = list_bodies(w, root), now
     while t < until:
-        t = fly_to_touch(w, root, bodies, list_pairs(w, root), t, now, until)
+        pairs = list_pairs(w, root)
+        t = fly_to_touch(w, bodies, pairs, t, now, until)
         if until - t > SHORTEST * (until - now):
-            t = take_substeps(w, bodies, list_pairs(w, root), t, now, until)
+            t = take_substeps(w, bodies, pairs, t, now, until)
             if is_lost(w, bodies, until - now):
                 for i in range(bodies):
                     b = body_at(w.bodies, whole_at(w.island_bodies, i))
@@ -93,11 +94,10 @@ def list_pairs(w, root):
 
 
 @jit_inside
-def fly_to_touch(w, root, bodies, pairs, t, now, until):
+def fly_to_touch(w, bodies, pairs, t, now, until):
     """Fly all bodies together from t [s] until a pair is closed, or to `until`; return that time [s].
 
-    root: first body of the island. now: start of the window [s], for which times of impact are known. Of the list of
-    pairs, that of bodies with joints is reduced to those that can touch.
+    now: start of the window [s], for which times of impact are known.
     """
     soon = IMMEDIATE * (until - t)
     for number in range(MAX_ADVANCES):
@@ -118,14 +118,6 @@ def fly_to_touch(w, root, bodies, pairs, t, now, until):
                 closed = True
         if closed:
             return t
-        if number == 0 and is_jointed(body_at(w.bodies, root)):
-            left = 0
-            for i in range(pairs):
-                k = whole_at(w.island_pairs, i)
-                if near_at(w.near, k).toi < until:
-                    set_whole(w.island_pairs, left, k)
-                    left += 1
-            pairs = left
         t = min(max(first, t + 1e-6 * soon), until)
         for i in range(bodies):
             fly(body_at(w.bodies, whole_at(w.island_bodies, i)), t)
