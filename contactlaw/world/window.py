@@ -16,7 +16,7 @@ from contactlaw.world.bodies.motion import fly, mobility_bound
 from contactlaw.world.contacts.pace import closing_speed, contact_duration, touch_duration
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, tree_at
 from contactlaw.world.data.call import call_with_body
-from contactlaw.world.data.records import FRESH, NEVER, SETTLED
+from contactlaw.world.data.records import FRESH, NEVER
 from contactlaw.world.data.vec import load, norm, sub
 from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, is_open_for_sure, path_bound, stays_open
 from contactlaw.world.near.listing import list_near, may_leave_margin
@@ -135,8 +135,6 @@ def activate(w, now, until):
             p = near_at(w.near, k)
             if first_pass:
                 p.active = 0
-            if p.active == SETTLED:
-                continue
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             sleep = a.asleep != 0 and b.asleep != 0
             if is_left_out(a, b) and not (sleep and a.delta_v + b.delta_v > 0.0):
@@ -146,7 +144,7 @@ def activate(w, now, until):
                 continue
             if p.closed == 0 and (not first_pass or sleep or p.toi > until) and not may_close(w, p, now, until):
                 continue
-            p.active = 1 if transmits(a, b) else SETTLED
+            p.active = 1
             fly(a, now)
             fly(b, now)
             sleeper = sleeper or a.asleep != 0 or b.asleep != 0

@@ -26,7 +26,6 @@ EDITED, RESIZED, AGED, FRESH = 1, 2, 1, 2  # values of `WORLD.edited`; of `WORLD
 DENIED, ASKED, PASSES = 0, 1, 2  # values of `TREE.passes`
 PLACED = 2  # value of `TREE.stale`
 PAUSE_LIMIT = 8  # steps; a power of two
-SETTLED = 2  # value of `NEAR.active`
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; that of a parted contact is kept until the next step
 VECTOR = ("f8", (3,))
 MATRIX = ("f8", (9,))  # row by row
@@ -189,8 +188,7 @@ PAIR = record(
 
 NEAR = record(
     slot="i8",  # of its contact, if that is closed or has been in this step; else -1
-    # not 0: taken into an island in this window; SETTLED: and it passes on no change of velocity; next of the island
-    closed="i8", active="i8", link="i8",
+    closed="i8", active="i8", link="i8",  # 1: taken into an island in this window; next of the island
     body_a="i8", body_b="i8",
     path_limit="f8",  # [m] sum of both bodies' `path` at which it can close, in a run of substeps
     a="i8", b="i8", pair="i8",
