@@ -41,7 +41,7 @@ The rooms, lowest first; each imports only from those below it, which the import
     contacts    a contact from touch to parting, its law, its ledger, its substeps
     near        broad phase: near pairs, how long they stay apart, times of impact
     implicit    implicit steps of islands of persistent contacts
-    window, watching, island, sleep, step, state, world     the sequence, and the class `World`
+    window, island, sleep, step, state, world     the sequence, and the class `World`
 """
 
 from contactlaw.world.world import World

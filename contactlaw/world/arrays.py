@@ -113,7 +113,8 @@ def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     is_swept = (new["kind"] >= kinds.SEGMENT) & (new["kind"] < kinds.PLANE)
     new["swept"][is_swept] = swept.address() if is_swept.any() and not INTERPRETED else 0
     flat = new["kind"] >= kinds.PLANE
-    reach = np.where(new["kind"] == kinds.TANGENT, new["radius"], _lengths(new["at"]) + _lengths(new["half"]))
+    far = np.linalg.norm(new["at"], axis=1) + np.linalg.norm(new["half"], axis=1)
+    reach = np.where(new["kind"] == kinds.TANGENT, new["radius"], far)
     reach[flat & (new["kind"] != kinds.TANGENT)] = FAR
     solid = np.isin(new["kind"], (kinds.ELLIPSOID, kinds.BOX, kinds.CYLINDER))
     least = np.where(solid, new["half"].min(1), np.where(flat, np.inf, new["radius"]))
@@ -126,14 +127,6 @@ def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     cells = 1 << int(np.ceil(np.log2(2 * shapes.size + 1)))
     one.world["stale"] = 1
     return one._replace(shapes=shapes, points=points, grid=np.zeros(cells + 4 * shapes.size, np.int64))
-
-
-def _lengths(vectors: Array) -> Array:
-    """Return the lengths of vectors, shape (n, 3); most of them are zero."""
-    out = np.zeros(len(vectors))
-    for i in np.flatnonzero(vectors.any(1)):
-        out[i] = np.linalg.norm(vectors[i])
-    return out
 
 
 def with_pair(one: Arrays, radius: float, numbers: Array, size: int) -> Arrays:

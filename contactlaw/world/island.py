@@ -20,17 +20,17 @@ from contactlaw.world.contacts.pace import (
 )
 from contactlaw.world.contacts.touch import TOUCHING, advance, apply_force, begin_contact, end_contact, measure
 from contactlaw.world.data.access import body_at, coasting_at, contact_at, near_at
-from contactlaw.world.data.call import address, call_coast, call_start_coasting, call_watch, ready
-from contactlaw.world.data.demand import COAST, START_COASTING, WATCH
+from contactlaw.world.data.call import address, call_coast, call_start_coasting, ready
+from contactlaw.world.data.demand import COAST, START_COASTING
 from contactlaw.world.data.records import NEVER, TWIST_ALWAYS, TWIST_LATER, TWIST_NOW
-from contactlaw.world.data.vec import norm, store, sub
+from contactlaw.world.data.vec import load, norm, store, sub
 from contactlaw.world.near.guards import gap_bound, meet_half_space, raise_listed_gap
 from contactlaw.world.near.time_of_impact import predict
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.sleep import fall_asleep
-from contactlaw.world.watching import LOOKAHEAD, update_paths
 
 BLOCK = 16  # substeps between two reviews of their length
+LOOKAHEAD = 2.0  # substeps within which an open pair must be able to close for its gap to be measured
 LEAST_CHANGE = 0.75  # ratio of lengths from which substeps change; equal ones keep the leapfrog's symmetry
 COAST_EVERY = 2  # substeps between two looks which contacts can coast
 SHORTEST = 1e-6  # of a window, the least substep; of a substep, the least remainder that becomes a substep
@@ -49,9 +49,10 @@ def integrate(w, root, now, until):
     """
     bodies, t = list_bodies(w, root), now
     while t < until:
-        t = fly_to_touch(w, root, bodies, list_pairs(w, root), t, now, until)
+        pairs = list_pairs(w, root)
+        t = fly_to_touch(w, bodies, pairs, t, now, until)
         if until - t > SHORTEST * (until - now):
-            t = take_substeps(w, root, bodies, list_pairs(w, root), t, now, until)
+            t = take_substeps(w, bodies, pairs, t, now, until)
             if is_lost(w, bodies, until - now):
                 for i in range(bodies):
                     b = body_at(w.bodies, whole_at(w.island_bodies, i))
@@ -83,23 +84,20 @@ def list_bodies(w, root):
 
 @jit_inside
 def list_pairs(w, root):
-    """List the active pairs of an island in `w`, but for those whose contacts coast; return how many."""
+    """List the active pairs of an island in `w`; return how many."""
     count, k = 0, body_at(w.bodies, root).head
     while k >= 0:
-        p = near_at(w.near, k)
-        if p.coasts == 0:
-            set_whole(w.island_pairs, count, k)
-            count += 1
-        k = p.link
+        set_whole(w.island_pairs, count, k)
+        count += 1
+        k = near_at(w.near, k).link
     return count
 
 
 @jit_inside
-def fly_to_touch(w, root, bodies, pairs, t, now, until):
+def fly_to_touch(w, bodies, pairs, t, now, until):
     """Fly all bodies together from t [s] until a pair is closed, or to `until`; return that time [s].
 
-    root: first body of the island. now: start of the window [s], for which times of impact are known. Of the list of
-    pairs, that of bodies with joints is reduced to those that can touch.
+    now: start of the window [s], for which times of impact are known.
     """
     soon = IMMEDIATE * (until - t)
     for number in range(MAX_ADVANCES):
@@ -120,14 +118,6 @@ def fly_to_touch(w, root, bodies, pairs, t, now, until):
                 closed = True
         if closed:
             return t
-        if number == 0 and is_jointed(body_at(w.bodies, root)):
-            left = 0
-            for i in range(pairs):
-                k = whole_at(w.island_pairs, i)
-                if near_at(w.near, k).toi < until:
-                    set_whole(w.island_pairs, left, k)
-                    left += 1
-            pairs = left
         t = min(max(first, t + 1e-6 * soon), until)
         for i in range(bodies):
             fly(body_at(w.bodies, whole_at(w.island_bodies, i)), t)
@@ -158,11 +148,11 @@ def first_substeps(w, pairs, t, now, until):
 
 
 @jit_inside
-def take_substeps(w, root, bodies, pairs, t, now, until):
+def take_substeps(w, bodies, pairs, t, now, until):
     """Step an island from t [s] until none of its pairs is closed, or to `until`; return that time [s].
 
-    root: first body of the island. now: start of the window [s]. Contacts that hardly change may coast. Every BLOCK
-    substeps, and where a contact closes that needs shorter ones, the length of substeps is reviewed.
+    now: start of the window [s]. Contacts that hardly change may coast. Every BLOCK substeps, and where a contact
+    closes that needs shorter ones, the length of substeps is reviewed.
     """
     shortest = SHORTEST * (until - now)
     h, next_h = first_substeps(w, pairs, t, now, until)
@@ -171,14 +161,11 @@ def take_substeps(w, root, bodies, pairs, t, now, until):
         if p.closed != 0:
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             apply_force(contact_at(w.contacts, p.slot), a, b, 0.5 * h)
-    watched, renew, begun = pairs, False, False
     coasting = 0  # contacts that coast; their pairs are not in the list
     since_review, going, closed = 0, True, 0
     joints = False
     for i in range(bodies):
-        b = body_at(w.bodies, whole_at(w.island_bodies, i))
-        b.watched_path = NEVER
-        joints = joints or is_jointed(b)
+        joints = joints or is_jointed(body_at(w.bodies, whole_at(w.island_bodies, i)))
     while going:
         since_review += 1
         left = until - t - h
@@ -189,42 +176,48 @@ def take_substeps(w, root, bodies, pairs, t, now, until):
         w.twists = TWIST_ALWAYS
         if joints or closed > w.crowd:
             w.twists = TWIST_NOW if is_last or since_review % TORSION_EVERY == 0 else TWIST_LATER
-        renew = update_paths(w, bodies, max(next_h / h, 1.0)) or renew
-        if renew and ready(w, WATCH):
-            watched, renew = call_watch(address(w, WATCH), w, root), False
-        closed, shorter = evaluate_contacts(w, watched, (h, next_h), closed <= w.crowd)
+        update_paths(w, bodies, max(next_h / h, 1.0))
+        closed, shorter = evaluate_contacts(w, pairs, (h, next_h), closed <= w.crowd)
         closed += coasting
-        renew, begun = renew or (joints and not begun), True
         going = closed > 0 and not is_last
         if not going:
             next_h = 0.0
         review = going and shorter < (NEVER if closed <= w.crowd else LEAST_CHANGE * next_h)
         if review or (going and since_review == BLOCK):
-            target = max(min(substep_length(w, watched, coasting, t), left), shortest)
-            if joints and target > next_h and not may_keep(target, next_h):
-                watched, renew = list_pairs(w, root), True  # the others were left out for substeps as long as these
-                target = max(min(substep_length(w, watched, coasting, t), left), shortest)
+            target = max(min(substep_length(w, pairs, coasting, t), left), shortest)
             going = not is_lost(w, bodies, until - now)
             if not may_keep(target, next_h):
                 next_h = left / ceil(left / target - 1e-9)
             since_review = 0
-        kick_bodies(w, watched, h, next_h)
+        kick_bodies(w, pairs, h, next_h)
         w.kicks += closed
         # contacts may coast on, unless their laws are needed: as the length of substeps changes, and in the last one
         may_coast = going and next_h == h and until - t > 1.5 * h and closed > w.crowd
         if coasting > 0:
-            watched += coasting
-            coasting = call_coast(address(w, COAST), w, watched - coasting, coasting, (h, next_h), may_coast)
-            watched -= coasting
+            kept = call_coast(address(w, COAST), w, pairs, coasting, (h, next_h), may_coast)
+            pairs, coasting = pairs + coasting - kept, kept
         if may_coast and since_review % COAST_EVERY == 1 and ready(w, START_COASTING):
-            watched += coasting
-            coasting = call_start_coasting(address(w, START_COASTING), w, watched - coasting, coasting, h)
-            watched -= coasting
+            more = call_start_coasting(address(w, START_COASTING), w, pairs, coasting, h)
+            pairs, coasting = pairs + coasting - more, more
         h = next_h
     w.twists = TWIST_ALWAYS
     for i in range(bodies):
         settle(body_at(w.bodies, whole_at(w.island_bodies, i)))
     return t
+
+
+@jit_inline
+def update_paths(w, bodies, longer):
+    """Add what surfaces moved in a substep to their paths, and predict the next substep, `longer` times as long.
+
+    Contacts on each body are counted anew.
+    """
+    for i in range(bodies):
+        b = body_at(w.bodies, whole_at(w.island_bodies, i))
+        way = norm(load(b.shift)) + (b.reach * norm(load(b.twist)) if b.reach > 0.0 else 0.0)
+        b.path += way
+        b.next_path = longer * way
+        b.pressing = 0
 
 
 @jit_inline

@@ -131,7 +131,7 @@ def begin_coasting(w, k, r, h, longest):
     p = near_at(w.near, k)
     c = contact_at(w.contacts, p.slot)
     t, n, e = c.touch, load(c.normal), load(c.tangent)
-    p.coasts, r.near = 1, k
+    r.near = k
     r.body_a, r.body_b = body_address(w.bodies, p.body_a), body_address(w.bodies, p.body_b)
     a, b = body_at(r.body_a, 0), body_at(r.body_b, 0)
     r.pace = longest_substep(w, c, a, b, substeps_per_impact(w, p, False))
@@ -231,7 +231,7 @@ def end_coasting(w, r):
     c, a, b = contact_at(w.contacts, p.slot), body_at(r.body_a, 0), body_at(r.body_b, 0)
     t, e = c.touch, load(c.tangent)
     turn_a, turn_b = dot(load(a.pending_turn), n) - r.start_a, dot(load(b.pending_turn), n) - r.start_b
-    p.coasts, c.coasted_from = 0, r.first
+    c.coasted_from = r.first
     store(c.coasted, (dot(load(r.slide), e), dot(load(r.slide), cross(n, e)), turn_a - turn_b))
     turn_frame(c, n, 0.5 * (turn_a + turn_b))
     t.overlap, t.closing = r.overlap, r.closing

@@ -6,7 +6,7 @@ from contactlaw.jit import jit_inline, jit_inside
 from contactlaw.laws import rolling, speeds, torsion
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import LASTING, OPEN, PAIR_SIZE, SPUN, ask_energy, ask_stiffness
-from contactlaw.laws.slip import AT_LIMIT, stuck_stiffness
+from contactlaw.laws.slip import stuck_stiffness
 from contactlaw.laws.step import ask, press
 from contactlaw.world.bodies.motion import max_inverse_inertia, spin_change
 from contactlaw.world.data.access import body_at, pair_at
@@ -19,7 +19,6 @@ from contactlaw.world.data.vec import dot, load, sub
 
 PROBE = 1e-4  # displacement for the slopes of a law by finite differences, over the overlap
 DAMPING = 0.3  # damping ratio of the tangential dashpot, see `has_dashpot`
-PARALLEL = 1e-9  # sine of the angle between slip velocity and friction force up to which they count as parallel
 FULL = 1.0 - 1e-3  # share of mu P from which a friction force counts as the limit
 ROUNDING = 1e-12  # twist about the normal that counts as zero, over the rotations of both bodies
 
@@ -110,24 +109,13 @@ def slopes(w, c, slot, moved, slide, stage):
 
     These are dP, dF and dG by the overlap, dF and dG by the first displacement, by the second [N/m], and that of the
     moment by the angle [N m]. Rates change with displacements: by 1/stage [1/s] of theirs. moved, slide: as for
-    `advance_from_saved`.
-
-    A contact that has slid further than its springs yield has the friction force mu P along its displacement: its
-    slopes follow without the law. Otherwise they are finite differences.
+    `advance_from_saved`. They are finite differences.
     """
     t = c.touch
     f, g, m, overlap, closing, force = t.f, t.g, c.torsion.moment, t.overlap, t.closing, t.force
     way = PROBE * overlap
     more, (du, dv, angle), (u, v, spin) = way / stage, moved, slide
     t.overlap, t.closing = overlap + way, closing + more
-    yielding, slid = slide_to_slip(t), sqrt(du * du + dv * dv)
-    if c.torsion.span == 0.0 and slid > yielding and slips_fully(t):
-        press(t, law_of(w, pair_at(w.pairs, c.pair)), 0.0, 0.0)
-        t.overlap, t.closing = overlap, closing
-        normal, size = (t.force - force) / way, 1.0 / sqrt(f * f + g * g)
-        x, y, across = size * f, size * g, t.friction * force / (slid + yielding)
-        limit = t.friction * normal
-        return normal, limit * x, limit * y, across * y * y, -across * x * y, -across * x * y, across * x * x, 0.0
     fp, gp, _ = advance_from_saved(w, c, slot, moved, slide)
     normal = (t.force - force) / way
     t.overlap, t.closing = overlap, closing
@@ -182,13 +170,7 @@ def dashpot_of(t):
 
 @jit_inside
 def add_dashpot(t, u, v):
-    """Add the force of the tangential dashpot, within the friction cone; u, v: slip velocity [m/s].
-
-    In a straight slide at the limit it changes nothing, and is not computed.
-    """
-    slides = t.f * t.f + t.g * t.g >= AT_LIMIT * (t.friction * t.force) ** 2
-    if slides and abs(t.f * v - t.g * u) <= PARALLEL * (t.f * u + t.g * v):
-        return
+    """Add the force of the tangential dashpot, within the friction cone; u, v: slip velocity [m/s]."""
     drag = dashpot_of(t)
     t.f += drag * u
     t.g += drag * v

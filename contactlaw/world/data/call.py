@@ -35,7 +35,6 @@ ask_separation: Any = caller(types.Tuple((VECTOR, NUMBER, NUMBER, VECTOR))(*TWO,
 ask_radius: Any = caller(types.Tuple((NUMBER, VECTOR))(*TWO))
 ask_time: Any = caller(types.void(NEAR_TYPE, *TWO, VECTOR, VECTOR, NUMBER))
 ask_over_face: Any = caller(types.boolean(VECTOR, VECTOR, NUMBER, SHAPE_TYPE, BODY_TYPE))
-call_watch: Any = caller(types.int64(WORLD_TYPE, types.int64))
 call_roll: Any = caller(types.void(WORLD_TYPE, CONTACT_TYPE, PAIR))
 call_on_world: Any = caller(types.boolean(WORLD_TYPE))
 call_on_island: Any = caller(types.void(WORLD_TYPE, types.int64, types.int64))

@@ -16,9 +16,9 @@ import numpy as np
 from contactlaw.jit import address_of, compiling
 
 # Functions that `supply` makes, as places in `TABLE`
-STEP, IMPLICIT, SPIN, ALONG, READ, SLEEP, COAST, START_COASTING, ROLL, WATCH = range(10)
+STEP, IMPLICIT, SPIN, ALONG, READ, SLEEP, COAST, START_COASTING, ROLL = range(9)
 # Further places: `_supply`; whether an exception is pending; Py_AddPendingCall, PyObject_IsTrue and `PENDING_ERROR`
-ASK, PENDING, ADD_CALL, IS_TRUE, ERROR_OBJECT = range(10, 15)
+ASK, PENDING, ADD_CALL, IS_TRUE, ERROR_OBJECT = range(9, 14)
 
 TABLE = np.zeros(ERROR_OBJECT + 1, np.uint64)
 """Addresses; zero: not compiled yet."""
@@ -28,7 +28,7 @@ def supply(what: int) -> int:
     """Compile one of the functions, and those always needed with it, if that is to be done; returns its address."""
     # these modules import this one
     from contactlaw.laws import ellipse
-    from contactlaw.world import sleep, state, step, watching
+    from contactlaw.world import sleep, state, step
     from contactlaw.world.contacts import coasting, rolling, spinning
     from contactlaw.world.data import call
     from contactlaw.world.implicit import step as implicit_step
@@ -41,7 +41,6 @@ def supply(what: int) -> int:
         ALONG: ("elliptic contacts", 2, [(ALONG, ellipse.advance_elliptic, call.call_along)]),
         SLEEP: ("bodies that fall asleep", 1, [(SLEEP, sleep.sleep_if_balanced, call.call_on_island)]),
         ROLL: ("rolling resistance", 1, [(ROLL, rolling.advance_rolling, call.call_roll)]),
-        WATCH: ("", 0, [(WATCH, watching.watch, call.call_watch)]),
         SPIN: ("contacts that spin", 4, [(SPIN, spinning.advance_spinning, call.call_spin)]),
         START_COASTING: ("contacts that hardly change", 2, [
             (COAST, coasting.advance_coasting, call.call_coast),

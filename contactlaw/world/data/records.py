@@ -22,11 +22,10 @@ FREE_JOINT, BALL, SLIDE, HINGE = 0, 1, 2, 3  # kinds of joints, numbered as in M
 MEASURED, BOUNDED = -3.0, -2.0  # values of `NEAR.checked` besides times: gap and speed known; a lower bound of the gap
 # Values of `WORLD.twists`: in this substep torsion is put off, made up for, or advanced as in every one
 TWIST_LATER, TWIST_NOW, TWIST_ALWAYS = range(3)
-EDITED, RESIZED, AGED, FRESH = 1, 2, 1, 2  # values of `WORLD.edited`; of `WORLD.age`
+EDITED, RESIZED = 1, 2  # values of `WORLD.edited`
 DENIED, ASKED, PASSES = 0, 1, 2  # values of `TREE.passes`
 PLACED = 2  # value of `TREE.stale`
 PAUSE_LIMIT = 8  # steps; a power of two
-SETTLED = 2  # value of `NEAR.active`
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; that of a parted contact is kept until the next step
 VECTOR = ("f8", (3,))
 MATRIX = ("f8", (9,))  # row by row
@@ -46,8 +45,7 @@ BODY = record(
     time="f8",  # [s] since the step began, up to which it has been moved
     still="i8",  # 1: nothing moves it within this step
     touched="i8", placed="i8",  # 1: its step ends as the world has it, as after any impulse; the user has moved it
-    # [m] that its surface has moved in the substeps of a window, at most, and may in the next; see `watching.watch`
-    path="f8", next_path="f8", watched_path="f8",
+    path="f8", next_path="f8",  # [m] that its surface has moved in a window's substeps, at most, and may in the next
     reach="f8",  # [m] from its centre of mass to the furthest centre, middle line or core of its shapes
     square_rate="f8", pressing="i8",  # see `pace.add_square_rate` [1/s^2]; how many are closed
     # its turn
@@ -190,9 +188,7 @@ PAIR = record(
 
 NEAR = record(
     slot="i8",  # of its contact, if that is closed or has been in this step; else -1
-    # not 0: taken into an island in this window; SETTLED: and it passes on no change of velocity; next of the island
-    closed="i8", active="i8", link="i8",
-    coasts="i8",  # 1: its contact coasts, see `contacts.coasting`
+    closed="i8", active="i8", link="i8",  # 1: taken into an island in this window; next of the island
     body_a="i8", body_b="i8",
     path_limit="f8",  # [m] sum of both bodies' `path` at which it can close, in a run of substeps
     a="i8", b="i8", pair="i8",
@@ -292,7 +288,6 @@ WORLD = record(
     nears="i8", guard_count="i8", spares="i8", islands="i8", near_body_count="i8",  # how many of each there are
     slots="i8",  # how many slots of contacts have ever been in use: the first ones
     rested="i8", stale="i8",  # 1: no body moved in the last step; 1: near pairs must be listed anew
-    age="i8",  # AGED, FRESH: near pairs were listed in an earlier step, which must not show, or in this; 0: no matter
     edited="i8",  # 0, EDITED: the user has changed bodies since the last step, RESIZED: shapes too, which may overlap
     unknowns="i8", unknown_room="i8",  # of the island that takes an implicit step; how many there is room for
     implicit="i8", solved="i8",  # counts since the start: implicit steps of islands, and factorisations for them

@@ -7,13 +7,13 @@ cylinder's rims and feet.
 """
 
 from functools import lru_cache
-from math import copysign, sqrt
+from math import sqrt
 
-from contactlaw.jit import address_of, jit_inside
+from contactlaw.jit import address_of
 from contactlaw.world.data.call import ask_deepest, ask_meeting, ask_nearest, ask_radius, ask_separation
 from contactlaw.world.data.kinds import BOX, DISC, EDGE, PLANE, SEGMENT
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
-from contactlaw.world.shapes.core import CROWN, deepest_on_line, local
+from contactlaw.world.shapes.core import CROWN, deepest_on_line
 from contactlaw.world.shapes.curvature import feature, radius_between, rim, side_at
 from contactlaw.world.shapes.geometry import BACK, centre
 from contactlaw.world.shapes.gjk import nearest, seek, support
@@ -78,28 +78,6 @@ def seek_nearest(sa, a, sb, b, shift, known, simplex):
     return v, float(count), e, corners
 
 
-@jit_inside
-def face_below(sa, a, sb, b):
-    """Return the outward normal of a face of a box B's core, if A's lowest vertex lies over that face; else zero.
-
-    No other two points of both are then nearer to each other than that vertex and the face.
-    """
-    d = sub(load(a.position), load(b.position))
-    p, h = local(sub(add(d, centre(sa, a)), centre(sb, b)), sb, b), sb.half
-    x, y, z = abs(p[0]) - h[0], abs(p[1]) - h[1], abs(p[2]) - h[2]
-    if z >= max(x, y):
-        n = 0.0, 0.0, copysign(1.0, p[2])
-    elif y >= x:
-        n = 0.0, copysign(1.0, p[1]), 0.0
-    else:
-        n = copysign(1.0, p[0]), 0.0, 0.0
-    out = to_world(b.axes, to_world(sb.axes, n))
-    q, r = local(sub(add(d, support(sa, a, scale(-1.0, out))), centre(sb, b)), sb, b), sb.radius
-    x, y, z = abs(q[0]) + r - h[0], abs(q[1]) + r - h[1], abs(q[2]) + r - h[2]
-    inside = max(x if n[0] == 0.0 else 0.0, y if n[1] == 0.0 else 0.0, z if n[2] == 0.0 else 0.0) <= 0.0
-    return out if inside and dot(n, q) + r - abs(dot(n, load(h))) > 0.0 else ZERO
-
-
 def separate(sa, a, sb, b, n):
     """Find two parallel planes that separate a core A from a plane or a core B.
 
@@ -111,8 +89,6 @@ def separate(sa, a, sb, b, n):
         n = to_world(b.axes, load(sb.normal))
         high = dot(n, centre(sb, b))
     else:
-        if dot(n, n) == 0.0 and sb.kind == BOX:
-            n = face_below(sa, a, sb, b)
         if dot(n, n) == 0.0:
             v, _, _, _ = nearest(sa, a, sb, b, ZERO)
             n = scale(1.0 / max(norm(v), 1e-300), v)
