@@ -136,6 +136,12 @@ def sleeps_on(head):
 
 
 @jit
+def goes_on(head):
+    """Return whether the last step was calm or all slept in it, and the state that it left is there."""
+    return head.calm != MOVED and checksums(head).token == head.token
+
+
+@jit
 def run_trees(head, stage):
     """Take the trees through a stage of the step, see `trees.serve`; False if there are none."""
     return head.tree_count > 0 and call_trees(head.tree_stage, head.address, stage)
@@ -315,14 +321,14 @@ def compute(m, d, instance, capability):
             load_state(head)
             call_sense(head.sense, head.address, head.averages)
         return
-    if (head.calm == 0 or head.newest == 0) and is_edited(head):
+    if (head.newest == 0 or not goes_on(head)) and is_edited(head):
         send_report(head, notices.EDITED, 0.0, -1, -1)
         head = head_of(m, d, instance)
     head.newest = (head.newest + 1) % STARTS
     save_state(head, last_state(head))
     d = data_at(head.data, 0)
     state, given = floats(d.plugin_state, head.state, head.size), floats(head.given, 0, head.nv)
-    known = head.calm != 0 and checksums(head).token == head.token  # `given` is what it was in the last step
+    known = goes_on(head)  # `given` is what it was in the last step
     for i in range(0 if known else head.nv):
         given[i] = state[PUSH + i] if abs(state[PUSH + i]) < LARGEST else 0.0
     passive = floats(d.qfrc_passive, 0, head.nv)
@@ -358,6 +364,7 @@ def reset(m, state, block, instance):
     """Clear the state and all contacts, so that what follows is as in a new `MjData`."""
     if block != types.uintp(0):
         head = head_at(block, 0)
+        head.calm = MOVED
         clear(floats(state, 0, head.size))
         forget_motion(world_at(head.world, 0))
 

@@ -157,9 +157,8 @@ def is_quasi_static(c, share):
     Closing acceleration and speed are below about 0.3 share times P/m and sqrt(P delta/m).
     """
     t = c.touch
-    own = t.force / t.mass
-    slow = t.closing * t.closing < 0.1 * share * share * own * t.overlap
-    return slow and abs(c.closing_acceleration) < 0.3 * share * own
+    slow = t.closing * t.closing * t.mass < 0.1 * share * share * t.force * t.overlap
+    return slow and abs(c.closing_acceleration) * t.mass < 0.3 * share * t.force
 
 
 @jit_inside
