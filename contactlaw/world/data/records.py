@@ -305,6 +305,7 @@ WORLD = record(
 """A world as a whole, the argument of compiled code."""
 
 Array = NDArray[Any]
+SCRATCH = 4  # two scratch bodies, and what they are copies of
 
 
 def numbers_of(tree: Any) -> dict[str, int]:
@@ -336,7 +337,7 @@ class Arrays(NamedTuple):
     island_bodies: Array  # members of one island
     island_pairs: Array
     grid: Array  # working memory of the broad phase
-    saved_bodies: Array  # two scratch bodies, then room for a copy of each body, see `saved.save_body`
+    saved_bodies: Array  # `SCRATCH` bodies, see `saved.scratch_body`, then room for a copy of each, see `save_body`
     trees: Array
     joints: Array  # of all trees: coordinates, velocities, and all that is derived from them, as float64
     rows: Array  # contacts of an island that takes an implicit step
