@@ -43,7 +43,7 @@ HEAD = record(
     frees="u8", free_count="i8", mocap_count="i8", tree_count="i8",
     # ranges of the numbers that are compared, how many, and how many of these are of heights; copies: see `edits`
     ranges="u8", range_count="i8", height_ranges="i8", watched="u8",
-    mocaps="u8", trees="u8",
+    mocaps="u8", trees="u8", springs="u8",
     size="i8", row="i8",  # doubles of the instance in plugin_state; where in them the state of the world begins
     tree_stage="u8", tree_force="u8",  # addresses of `trees.serve` and `trees.press`
     report="u8", address="u8",  # addresses of the function for reports, and of this record
@@ -91,8 +91,15 @@ JOINTED = record(
     q="i8", v="i8",  # where the places of its coordinates and of its velocities begin in `HEAD.places`
     base="i8",  # number in the model of the parent of its first body, if a mocap body carries it; else 0
     there="i8",  # PASSES or SLEEPS: why its bodies are where its coordinates have them already; else ASKED
+    first_spring="i8", spring_count="i8",  # its `SPRING` in `HEAD.springs`
 )  # fmt: skip
 """A kinematic tree, or several that equality constraints make one system."""
+
+SPRING = record(
+    row="i8",  # of its lever arms: in the moments of actuators, or number of the tendon
+    actuator="i8",  # with a position gain; -1: the spring of a tendon
+)
+"""What acts like a spring on the length of an actuator's transmission or of a tendon."""
 
 SENSOR = record(
     own="i8",  # a sensor of the law; else a touch sensor
@@ -109,6 +116,7 @@ mocap_at: Any = element(MOCAP)
 moved_at: Any = element(MOVED)
 jointed_at: Any = element(JOINTED)
 sensor_at: Any = element(SENSOR)
+spring_at: Any = element(SPRING)
 state_at: Any = element(STATE)
 
 

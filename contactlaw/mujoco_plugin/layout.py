@@ -48,20 +48,26 @@ def structure(name: str) -> np.dtype:
     return _struct_dtype(structs.STRUCTS[name].fields)
 
 
+TENDON_ROWS = sorted({"ten_J_rownnz", "ten_J_rowadr", "ten_J_colind"} & {*(structure("mjModel").names or ())})
+"""The places of the entries of tendons' Jacobians, if the model has them; in older versions they may be dense."""
+
 DATA = structure("mjData")[[
     "plugin_state", "plugin_data", "time", "qpos", "qvel", "qfrc_passive", "qfrc_applied", "qfrc_actuator",
     "qfrc_constraint", "qfrc_smooth", "qfrc_bias", "qDeriv", "xfrc_applied", "xpos", "xquat", "qacc", "sensordata",
     "geom_xpos", "geom_xmat", "xipos", "site_xpos", "site_xmat", "efc_id", "efc_type", "efc_pos", "efc_margin",
     "efc_KBIP", "efc_D", "efc_force", "ne", "nf", "nl", "nefc", "nJ", "efc_J", "efc_J_rownnz", "efc_J_rowadr",
-    "efc_J_colind",
+    "efc_J_colind", "actuator_force", "actuator_moment", "moment_rownnz", "moment_rowadr", "moment_colind",
+    "ten_length", "ten_J",
 ]]  # fmt: skip
 """The fields of mjData that compiled code uses; `MODEL`: those of mjModel."""
 MODEL = structure("mjModel")[[
     "opt", "geom_bodyid", "D_rowadr", "D_diag", "jnt_type", "jnt_dofadr", "jnt_qposadr", "jnt_range", "jnt_stiffness",
-    "dof_jntid", "site_type", "site_size",
+    "dof_jntid", "site_type", "site_size", "actuator_biasprm", "actuator_forcerange", "jnt_actfrcrange",
+    "tendon_stiffness", "tendon_lengthspring", *TENDON_ROWS,
 ]]  # fmt: skip
 data_at: Any = element(DATA)
 model_at: Any = element(MODEL)
+BIAS = int(mujoco.mjNBIAS)  # parameters of an actuator's bias
 GEOM = int(mujoco.mjtObj.mjOBJ_GEOM)
 JOINT_LIMIT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
 NO_GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)

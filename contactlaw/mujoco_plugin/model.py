@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.mujoco_plugin import layout, sensors, trees
-from contactlaw.mujoco_plugin.block import FREE, JOINTED, MOCAP, MOVED, PUSH, SENSOR, STARTS, build
+from contactlaw.mujoco_plugin.block import FREE, JOINTED, MOCAP, MOVED, PUSH, SENSOR, SPRING, STARTS, build
 from contactlaw.mujoco_plugin.edits import watched_ranges
 from contactlaw.mujoco_plugin.instances import (
     ContactInstance,
@@ -57,6 +57,7 @@ class Model:
         self._frames: dict[int, Pose] = {}  # of moving bodies: MuJoCo's body frame in the principal axes
         self._trees: list[dict[str, Any]] = []
         self._place_of_v = np.full((2, view.nv), -1)  # of each velocity its place in its tree, and the tree's number
+        self._spring_rows: list[dict[str, int]] = []
         self._places: list[NDArray[np.int64]] = []  # of the coordinates and the velocities of each tree
         self._frees: list[dict[str, Any]] = []
         self._mocaps: list[dict[str, Any]] = []
@@ -142,6 +143,7 @@ class Model:
             "frees": with_rows(np.zeros(0, FREE), self._frees), "free_count": len(self._frees),
             "mocaps": with_rows(np.zeros(0, MOCAP), self._mocaps), "mocap_count": len(self._mocaps),
             "trees": with_rows(np.zeros(0, JOINTED), self._trees), "tree_count": len(self._trees),
+            "springs": with_rows(np.zeros(0, SPRING), self._spring_rows),
             "places": np.concatenate([*self._place_of_v, *self._places]),
             "geoms": np.array(geoms, np.int64), "reported": reported_of(m, len(self._contacts)).ctypes.data,
             "ranges": watch, "range_count": len(watch), "watched": values,
@@ -185,14 +187,19 @@ class Model:
             bases = {one: self._carrier(int(m.body_parentid[one])) for one in system}
             led = any(m.body_mocapid[carrier] >= 0 for carrier, _ in bases.values())
             poses = {} if led else {one: pose for one, (_, pose) in bases.items()}
-            rows = TreeRecords(m, bodies, poses, self._held)
+            springs = {spring: v for spring, v in self._springs.items() if root[m.dof_bodyid[v[0]]] in system}
+            rows = TreeRecords(m, bodies, poses, [*self._held, *springs.values()])
             tree, made = self._world.add_tree_of(rows)
             for body, row, at, turn in zip(bodies, rows.row, rows.at, rows.quaternion, strict=True):
                 self._rows[body], self._frames[body] = made[row], Pose(at, turn)
             self._place_of_v[0, rows.v_of], self._place_of_v[1, rows.v_of] = np.arange(rows.v_of.size), tree
             at = 2 * m.nv + sum(map(len, self._places))
             base = int(m.body_parentid[first]) if led else 0
-            self._trees.append({"tree": tree, "q": at, "v": at + rows.q_of.size, "base": base})
+            self._trees.append({
+                "tree": tree, "q": at, "v": at + rows.q_of.size, "base": base,
+                "first_spring": len(self._spring_rows), "spring_count": len(springs),
+            })  # fmt: skip
+            self._spring_rows += [{"row": row, "actuator": actuator} for row, actuator in springs]
             self._places += [rows.q_of, rows.v_of]
         bases = {self._carrier(tree["base"])[0] for tree in self._trees}
         for body in sorted({*carriers, *(base for base in bases if m.body_mocapid[base] >= 0)}):
@@ -244,23 +251,46 @@ class Model:
                 if kind == mujoco.mjtEq.mjEQ_JOINT:
                     own.append(int(m.jnt_dofadr[one]))
                 elif kind == mujoco.mjtEq.mjEQ_TENDON:
-                    bodies += self._bodies_of_tendon(one)
+                    own += self._velocities_of_tendon(one)
                 elif kind in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
                     bodies.append(int(m.site_bodyid[one]) if objects == mujoco.mjtObj.mjOBJ_SITE else one)
-            for above in (above for body in bodies for above in m.chain(body)):
-                own += range(int(m.body_dofadr[above]), int(m.body_dofadr[above] + m.body_dofnum[above]))
-            out.append(sorted(set(own)))
+            out.append(sorted({*own, *self._carrying(bodies)}))
         return out
 
-    def _bodies_of_tendon(self, tendon: int) -> list[int]:
-        """Return the bodies whose joints, sites or geoms a tendon passes."""
-        m, first, out = self._m, int(self._m.tendon_adr[tendon]), list[int]()
-        owner = {mujoco.mjtWrap.mjWRAP_JOINT: m.jnt_bodyid, mujoco.mjtWrap.mjWRAP_SITE: m.site_bodyid}
+    @cached_property
+    def _springs(self) -> dict[tuple[int, int], list[int]]:
+        """The velocities of each tendon with a spring, and of the joint or tendon of each servo; by `block.SPRING`."""
+        m, kinds = self._m, mujoco.mjtTrn
+        tendons = np.flatnonzero(m.tendon_stiffness).tolist() if layout.TENDON_ROWS else []
+        out = {(tendon, -1): self._velocities_of_tendon(tendon) for tendon in tendons}
+        rows = getattr(m, "actuator_outadr", range(len(m.actuator_biastype)))
+        for actuator in np.flatnonzero(m.actuator_biastype == int(mujoco.mjtBias.mjBIAS_AFFINE)).tolist():
+            kind, one = int(m.actuator_trntype[actuator]), int(m.actuator_trnid[actuator, 0])
+            if kind == kinds.mjTRN_TENDON:
+                out[int(rows[actuator]), actuator] = self._velocities_of_tendon(one)
+            elif kind in (kinds.mjTRN_JOINT, kinds.mjTRN_JOINTINPARENT):
+                out[int(rows[actuator]), actuator] = {int(m.jnt_dofadr[one])}
+        return {spring: sorted(own) for spring, own in out.items() if own}
+
+    def _velocities_of_tendon(self, tendon: int) -> set[int]:
+        """Return the velocities that may change the length of a tendon."""
+        m, first, out, bodies = self._m, int(self._m.tendon_adr[tendon]), set[int](), list[int]()
+        owner = {mujoco.mjtWrap.mjWRAP_SITE: m.site_bodyid}
         owner |= dict.fromkeys((mujoco.mjtWrap.mjWRAP_SPHERE, mujoco.mjtWrap.mjWRAP_CYLINDER), m.geom_bodyid)
         for i in range(first, first + int(m.tendon_num[tendon])):
-            of_kind = owner.get(mujoco.mjtWrap(int(m.wrap_type[i])))
-            out += [] if of_kind is None else [int(of_kind[m.wrap_objid[i]])]
-        return out
+            kind, one = mujoco.mjtWrap(int(m.wrap_type[i])), int(m.wrap_objid[i])
+            if kind == mujoco.mjtWrap.mjWRAP_JOINT:
+                out.add(int(m.jnt_dofadr[one]))
+            elif kind in owner:
+                bodies.append(int(owner[kind][one]))
+        return out | self._carrying(bodies)
+
+    def _carrying(self, bodies: list[int]) -> set[int]:
+        """Return the velocities that move any of these bodies."""
+        m, chain = self._m, (above for body in bodies for above in self._m.chain(body))
+        return {
+            v for one in chain for v in range(int(m.body_dofadr[one]), int(m.body_dofadr[one] + m.body_dofnum[one]))
+        }
 
     def _system(self, first: int) -> list[int]:
         """Return the first bodies of the trees that equality constraints make one system with a tree, itself included.

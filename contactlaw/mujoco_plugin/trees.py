@@ -3,11 +3,13 @@
 Forces. All forces on the joints are those that the engine had in its step (applied, springs, actuators, limits, other
 constraints) without the force given for contacts. They are constant within the step, except those of limits and
 equalities, and except damping: f + D (v - v_f), where D = df/dv is the engine's own derivative of passive and actuator
-forces, and v_f the velocities that it last evaluated forces at (under Runge-Kutta near the step's end). A spring of
-stiffness k at a joint adds h/2 k to the damping, as its mean force in a step of h [s] is that at the mean of both ends:
-the force of the start, held, would give (k/m) h^2/2 of the energy in each step of a contact that lasts. `free` tells
-how velocities are read and written. Here too the half step uses the acceleration of the tree at rest alone: with the
-centripetal terms energy would be gained, and damping may be stiff.
+forces, and v_f the velocities that it last evaluated forces at (under Runge-Kutta near the end of the step). `free`
+tells how velocities are read and written. Here too the half step uses the acceleration of the tree at rest alone: with
+the centripetal terms energy would be gained, and damping may be stiff.
+
+A spring of stiffness k along a row J adds h/2 J^T k J to the damping, as its mean force in a step of h [s] is that at
+the mean of both ends: the force of the start, held, would give (k/m) h^2/2 of the energy in each step of a contact that
+lasts. So do springs of joints and tendons, and servos, actuators whose force falls with the length of what they move.
 
 Joint limits that the engine has found active are soft, and act in the world as in the engine. The force of such a
 constraint is f = D (a_ref - a), never less than zero, with a_ref = -B dr/dt - K I r, where r < 0 is the distance of the
@@ -36,11 +38,11 @@ from numba import types
 from contactlaw.jit import address_of, compiling
 from contactlaw.memory import caller, doubles_at, whole_at
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import entry, floats, head_at, jointed_at, last_state, number, shifted
+from contactlaw.mujoco_plugin.block import entry, floats, head_at, jointed_at, last_state, number, shifted, spring_at
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.mujoco_plugin.notices import TOWED, report_once
 from contactlaw.world.bodies.motion import is_static
-from contactlaw.world.data.access import axis_at, body_at, link_at, near_at, tree_at, world_at
+from contactlaw.world.data.access import axis_at, body_at, joint_at, link_at, near_at, tree_at, world_at
 from contactlaw.world.data.call import BODY_TYPE, VECTOR, call_with_body
 from contactlaw.world.data.records import ASKED, DENIED, PASSES, SLIDE
 from contactlaw.world.data.vec import add, cross, dot, load, norm, store, sub
@@ -203,15 +205,12 @@ def set_bodies(head, j, t, state):
 def read_tree(head, j, t):
     """Read coordinates and velocities at the start of the step, and the forces besides contacts."""
     m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
-    f, v, damping = vector(t.f, n), vector(t.v, n), vector(t.d, (n, n))
-    half = 0.0 if m.opt.disableflags & layout.NO_SPRING else 0.5 * head.step_size
-    ahead = half if head.start == last_state(head) else -half  # from where forces were evaluated to the middle
+    f, v, damping, springs = vector(t.f, n), vector(t.v, n), vector(t.d, (n, n)), vector(t.springs, (n, n))
     coordinates, velocities = places_in(head, head.start)
     store(t.gravity, load(head.gravity))
     t.coupled = 0
     gather(head, coordinates, j.q, vector(t.q, t.q_size))
     gather(head, places_in(head, last_state(head))[1], j.v, vector(t.v_f, n))
-    clear(v)
     for i in range(n):
         k, axis = whole_at(head.places, j.v + i), axis_at(t.axes, i)
         f[i] = number(d.qfrc_smooth, k) + number(d.qfrc_bias, k)
@@ -219,17 +218,14 @@ def read_tree(head, j, t):
         axis.side = 0.0
         entries, other, carrier = entry(m.D_rowadr, k) + entry(m.D_diag, k), i, i
         for p in range(axis.depth, -1, -1):  # the engine keeps the entries of the axes that carry this one
-            damping[i, p] = 0.0
+            damping[i, p], springs[i, p] = 0.0, 0.0
             if other == carrier:
                 damping[i, p] = -number(d.qDeriv, entries)
                 if other != i and damping[i, p] != 0.0:
                     t.coupled = 1
                 entries, carrier = entries - 1, axis_at(t.axes, carrier).carrier
             other = axis_at(t.axes, other).parent
-        stiffness = number(m.jnt_stiffness, entry(m.dof_jntid, k))
-        axis.spring = half * stiffness
-        damping[i, axis.depth] += axis.spring
-        f[i] -= ahead * stiffness * number(velocities, k)
+    clear(v)
     read_equalities(head, j, t)
     t.stale, t.span = 1, head.step_size
     if d.nl > 0:
@@ -238,6 +234,7 @@ def read_tree(head, j, t):
     leads = head.lag > 0.0 and not (is_pressed(t) or body_at(t.bodies, 0).asleep != 0)
     a = rest_accelerations(t, head.step_size) if leads else vector(t.a, n)
     gather(head, velocities, j.v, v)
+    read_springs(head, j, t)
     for i in range(n if leads else 0):
         v[i] += head.lag * a[i]  # the velocities at the time of the coordinates
     leave_placed(t)
@@ -281,11 +278,40 @@ def write_tree(head, j, t):
         clear(v)
     scatter(head, v, j.v, d.qvel)
     if head.lag > 0.0 and not (asleep or is_pressed(t)):
+        move_springs(head, j, t)
         clear(v)
         a = rest_accelerations(t, head.step_size)
         gather(head, d.qvel, j.v, v)
         for i in range(n):
             doubles_at(shifted(d.qvel, whole_at(head.places, j.v + i)))[0] -= head.lag * a[i]
+
+
+@jit
+def move_springs(head, j, t):
+    """Set the forces of springs and servos to those at the end of the step, and leave them out of D.
+
+    So the engine evaluates them; what turns by a quaternion counts as turned by its velocity.
+    """
+    n, q, x = t.v_size, vector(t.q, t.q_size), vector(t.x, t.v_size)
+    f, v, v_f = vector(t.f, n), vector(t.v, n), vector(t.v_f, n)
+    damping, springs = vector(t.d, (n, n)), vector(t.springs, (n, n))
+    before, start = vector(t.room, t.q_size), places_in(head, head.start)
+    gather(head, start[0], j.q, before)
+    for k in range(n):
+        x[k] = v_f[k] - 2.0 * v[k]
+    for i in range(t.joint_count):
+        joint = joint_at(t.joints, i)
+        if joint.kind >= SLIDE:
+            k = joint.first_q
+            x[joint.first_axis] = v_f[joint.first_axis] - 2.0 / head.step_size * (q[k] - before[k])
+    for k in range(n):
+        i, p = k, axis_at(t.axes, k).depth
+        while i >= 0:
+            spring = springs[k, p]
+            f[k] += spring * x[i]
+            f[i] += spring * x[k] if i != k else 0.0
+            damping[k, p] -= spring
+            i, p = axis_at(t.axes, i).parent, p - 1
 
 
 def press(block, b, arm, force, push):
@@ -335,6 +361,90 @@ def read_limits(head, j, t):
 
 
 @jit
+def read_springs(head, j, t):
+    """Add springs and servos to f, D and the part of D that is theirs; v: velocities at the start of the step.
+
+    A servo whose force, or that on its joint, is at its limit or zero is none: no position moves it, or it is disabled.
+    """
+    m, d, x = model_at(head.model, 0), data_at(head.data, 0), vector(t.x, t.v_size)
+    if m.opt.disableflags & layout.NO_SPRING == 0:
+        for k in range(t.v_size):
+            stiffness = number(m.jnt_stiffness, entry(m.dof_jntid, whole_at(head.places, j.v + k)))
+            if stiffness > 0.0:
+                clear(x)
+                x[k] = 1.0
+                add_spring(head, t, k, stiffness)
+    for i in range(j.first_spring, j.first_spring + j.spring_count):
+        s = spring_at(head.springs, i)
+        if s.actuator < 0:
+            read_tendon(head, j, t, s.row)
+            continue
+        force, stiffness = number(d.actuator_force, s.row), -number(m.actuator_biasprm, layout.BIAS * s.actuator + 1)
+        if force == 0.0 or not stiffness > 0.0 or at_limit(force, floats(m.actuator_forcerange, 2 * s.actuator, 2)):
+            continue
+        first, count = entry(d.moment_rowadr, s.row), entry(d.moment_rownnz, s.row)
+        last = read_row(head, j, t, floats(d.actuator_moment, first, count), entries(d.moment_colind, first))
+        k = last
+        while k >= 0:
+            v = whole_at(head.places, j.v + k)
+            limits = floats(m.jnt_actfrcrange, 2 * entry(m.dof_jntid, v), 2)
+            if at_limit(number(d.qfrc_actuator, v), limits):
+                x[k] = 0.0
+            k = axis_at(t.axes, k).parent
+        add_spring(head, t, last, stiffness)
+
+
+@jit
+def at_limit(force, ends):
+    """Return whether a force is at an end of its range; a range without width is none."""
+    return ends[0] < ends[1] and not ends[0] < force < ends[1]
+
+
+@jit
+def add_spring(head, t, last, stiffness):
+    """Add a spring along the row x, whose last axis is given, to f, D and `springs`."""
+    n, step = t.v_size, head.step_size
+    f, v, x = vector(t.f, n), vector(t.v, n), vector(t.x, n)
+    damping, springs = vector(t.d, (n, n)), vector(t.springs, (n, n))
+    ahead = 0.5 if head.start == last_state(head) else -0.5  # steps from where forces were evaluated to the middle
+    speed, k = 0.0, last
+    while k >= 0:
+        speed += x[k] * v[k]
+        k = axis_at(t.axes, k).parent
+    k = last
+    while k >= 0:
+        p, other, pull = axis_at(t.axes, k).depth, k, step * stiffness * x[k]
+        f[k] -= ahead * pull * speed
+        while other >= 0 and pull != 0.0:
+            part = 0.5 * pull * x[other]
+            springs[k, p] += part
+            damping[k, p] += part
+            t.coupled = 1 if other != k and part != 0.0 else t.coupled
+            p, other = p - 1, axis_at(t.axes, other).parent
+        k = axis_at(t.axes, k).parent
+
+
+def read_tendon_spring(head, j, t, tendon):
+    """Add the spring of a tendon, unless it is slack."""
+    m, d = model_at(head.model, 0), data_at(head.data, 0)
+    length, slack = number(d.ten_length, tendon), floats(m.tendon_lengthspring, 2 * tendon, 2)
+    stiffness = number(m.tendon_stiffness, tendon)
+    if m.opt.disableflags & layout.NO_SPRING == 0 and stiffness > 0.0 and not slack[0] <= length <= slack[1]:
+        first, count = entry(m.ten_J_rowadr, tendon), entry(m.ten_J_rownnz, tendon)
+        last = read_row(head, j, t, floats(d.ten_J, first, count), entries(m.ten_J_colind, first))
+        add_spring(head, t, last, stiffness)
+
+
+read_tendon = jit(read_tendon_spring if layout.TENDON_ROWS else lambda head, j, t, tendon: None)
+
+
+@jit
+def entries(address, first):
+    """Return the address of element `first` of an array of C int."""
+    return types.uintp(address) + types.uintp(4 * first)
+
+
+@jit
 def read_equalities(head, j, t):
     """Read the equality constraints of a tree into E, D and f; f and D hold the other forces."""
     d, n = data_at(head.data, 0), t.v_size
@@ -343,8 +453,11 @@ def read_equalities(head, j, t):
     gather(head, d.qacc, j.v, a)
     for k in range(n):
         clear(inertia[k])
+    sparse = d.nJ != d.nefc * head.nv  # a sparse Jacobian without zeros has the order of a dense one
     for i in range(d.ne):
-        last = read_row(head, j, t, i)
+        first = entry(d.efc_J_rowadr, i) if sparse else i * head.nv
+        values = floats(d.efc_J, first, entry(d.efc_J_rownnz, i) if sparse else head.nv)
+        last = read_row(head, j, t, values, entries(d.efc_J_colind, first) if sparse else types.uintp(0))
         reference, weight = floats(d.efc_KBIP, 4 * i, 3), number(d.efc_D, i)
         spring = 0.5 * head.step_size * weight * reference[0] * reference[2]
         k, push = last, 0.0
@@ -363,16 +476,16 @@ def read_equalities(head, j, t):
 
 
 @jit
-def read_row(head, j, t, number):
-    """Write a row of the engine's Jacobian into x; return its last axis, -1 if it is not of this tree."""
-    d, x = data_at(head.data, 0), vector(t.x, t.v_size)
-    sparse = d.nJ != d.nefc * head.nv  # a sparse Jacobian without zeros has the order of a dense one
-    first = entry(d.efc_J_rowadr, number) if sparse else number * head.nv
-    values = floats(d.efc_J, first, entry(d.efc_J_rownnz, number) if sparse else head.nv)
+def read_row(head, j, t, values, columns):
+    """Write a row of a Jacobian of the engine into x; return its last axis, -1 if it is not of this tree.
+
+    columns: address of the numbers of the velocities that its values belong to; 0: they are all.
+    """
+    x = vector(t.x, t.v_size)
     clear(x)
     last, left = -1, 0
     for i in range(values.size):
-        column = entry(d.efc_J_colind, first + i) if sparse else i
+        column = entry(columns, i) if columns != types.uintp(0) else i
         if values[i] != 0.0:
             if whole_at(head.places, head.nv + column) != j.tree:
                 return -1

@@ -17,6 +17,7 @@ from contactlaw.world.data.records import (
     NEAR,
     PAIR,
     ROW,
+    SCRATCH,
     SHAPE,
     TREE,
     WORLD,
@@ -47,7 +48,7 @@ def empty() -> Arrays:
         groups=np.full((1, 1), -1),
         spare=np.arange(LEAST)[::-1].copy(),
         guards=np.zeros(LEAST, GUARD), near_bodies=whole(1), roots=whole(1), island_bodies=whole(1),
-        island_pairs=whole(LEAST), grid=whole(4), saved_bodies=np.zeros(3, BODY), trees=np.zeros(0, TREE),
+        island_pairs=whole(LEAST), grid=whole(4), saved_bodies=np.zeros(1 + SCRATCH, BODY), trees=np.zeros(0, TREE),
         joints=np.zeros(0), rows=np.zeros(LEAST, ROW), coasting=np.zeros(LEAST, COASTING),
         saved_contacts=np.zeros(LEAST, CONTACT), saved_memory=np.zeros((LEAST, 0)),
         equations=np.zeros(room_for(0)), world=np.zeros(1, WORLD),
@@ -85,7 +86,7 @@ def with_bodies(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     room = np.zeros(bodies.size, np.int64)
     return one._replace(
         bodies=bodies, near_bodies=room, roots=room.copy(), island_bodies=room.copy(),
-        saved_bodies=np.zeros(bodies.size + 2, BODY), equations=np.zeros(room_for(6 * (bodies.size - 1))),
+        saved_bodies=np.zeros(bodies.size + SCRATCH, BODY), equations=np.zeros(room_for(6 * (bodies.size - 1))),
     )  # fmt: skip
 
 

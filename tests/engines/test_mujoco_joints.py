@@ -251,22 +251,34 @@ def test_a_light_link_that_carries_a_heavy_one_gains_no_energy_from_an_impact(in
     assert energies[-1] < 0.8 * energies[0]
 
 
-OVER_THE_FLOOR = '<joint type="slide" axis="1 0 0" stiffness="{}"/><geom name="ball" size=".025" mass="1"/>'
-ABOVE = """<geom name="ball" size=".025" mass="1"/><body><joint type="slide" axis="1 0 0" stiffness="{}"/>
+OVER_THE_FLOOR = '<joint name="x" type="slide" axis="1 0 0"/><geom name="ball" size=".025" mass="1"/>'
+ABOVE = """<geom name="ball" size=".025" mass="1"/><body><joint name="x" type="slide" axis="1 0 0"/>
 <geom size=".01" mass="1" pos="0 0 .1" contype="0" conaffinity="0"/></body>"""
+TENDON = '<tendon><fixed name="t" stiffness="{}"><joint joint="x" coef="2"/></fixed></tendon>'
+SPRINGS = {
+    "spring": lambda k: "", "servo": lambda k: f'<actuator><position joint="x" kp="{k / 4}" gear="2"/></actuator>',
+    "tendon": lambda k: TENDON.format(k / 4), "tendon servo": lambda k: TENDON.format(0)
+    + f'<actuator><general tendon="t" gainprm="{k / 4}" biastype="affine" biasprm="0 {-k / 4} 0"/></actuator>',
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("integrator", ["Euler", "RK4", "implicitfast"])
-@pytest.mark.parametrize("timestep", [2e-3, 2e-4], ids=["implicit", "resolved"])
+@pytest.mark.parametrize(("timestep", "restitution"), [(2e-3, 0.5), (2e-4, 0.5), (2e-3, 1.0)])
 @pytest.mark.parametrize("what", [OVER_THE_FLOOR, ABOVE], ids=["sliding", "standing"])
-def test_what_a_spring_swings_in_contact_gains_no_energy(what, timestep, integrator):
-    """A ball that gravity presses onto a smooth floor, or a mass on top: thirteen times to and fro at omega h = 0.2."""
+@pytest.mark.parametrize("spring", SPRINGS)
+def test_what_a_spring_or_servo_swings_in_contact_gains_no_energy(spring, what, timestep, restitution, integrator):
+    """A ball that gravity presses onto a smooth floor, or a mass on top: thirteen times to and fro at omega h = 0.2.
+
+    Contacts take implicit steps, or are resolved as their step is short or they are elastic.
+    """
     stiffness = (0.2 / timestep) ** 2
+    if spring == "spring":
+        what = what.replace('name="x"', f'name="x" stiffness="{stiffness}"')
     model = load_model(
         f"""<mujoco><option timestep="{timestep}" integrator="{integrator}"/><worldbody>
         <geom name="floor" type="plane" size="1 1 1"/><body pos="0 0 .025"><joint type="slide" axis="0 0 1"/>
-        {what.format(stiffness)}</body></worldbody></mujoco>""",
-        [("ball", "floor", ContactPair("steel", "steel", friction=0.0, restitution=0.5))],
+        {what}</body></worldbody>{SPRINGS[spring](stiffness)}</mujoco>""",
+        [("ball", "floor", ContactPair("steel", "steel", friction=0.0, restitution=restitution))],
     )
     data = mujoco.MjData(model)
     data.qpos[1] = 0.01

@@ -139,8 +139,8 @@ def slide_to_slip(t):
 
 @jit_inside
 def slips_fully(t):
-    """Return whether a contact slips as a whole: its friction force is at the limit."""
-    return t.f * t.f + t.g * t.g > (FULL * t.friction * t.force) ** 2
+    """Return whether a contact slips as a whole: its friction force is at the limit, which may be zero."""
+    return t.f * t.f + t.g * t.g >= (FULL * t.friction * t.force) ** 2
 
 
 @jit_inside

@@ -84,6 +84,7 @@ TREE = record(
     gravity=VECTOR,  # [m/s^2]
     q="u8", v="u8", a="u8",  # addresses of its numbers: generalised coordinates, velocities, accelerations
     f="u8", d="u8", v_f="u8",  # generalised force f - D (v - v_f), all constant over a step; D laid out as `factor`
+    springs="u8",  # half a step times the stiffness of springs, a part of D; as `factor`, see `mujoco_plugin.trees`
     e="u8",  # inertia by which soft constraints resist acceleration, constant over a step; as `factor`
     coupled="i8",  # 1: D or E has entries off the diagonal
     x="u8",  # (v_size,), argument and result of these functions
@@ -140,7 +141,6 @@ AXIS = record(
     carrier="i8", parent="i8", depth="i8",  # axis that carries it, next in its row of the factor, or -1; how many
     begins="i8",  # 0: second or third axis of a ball joint; all three turn with what carries the joint
     armature="f8",  # [kg] or [kg m^2], inertia of the joint itself
-    spring="f8",  # half a step times the stiffness of its spring, a part of the damping D, see `mujoco_plugin.trees`
     inertia="f8", inverse="f8",  # its diagonal entry of the mass matrix; inverse pivot of the factor
     spin=VECTOR, velocity=VECTOR,  # Jacobian: spin of all it carries and its velocity at the origin, by unit speed
     # an active soft limit, see `trees.dynamics.limit_force`
@@ -300,6 +300,7 @@ WORLD = record(
 """A world as a whole, the argument of compiled code."""
 
 Array = NDArray[Any]
+SCRATCH = 4  # two scratch bodies, and what they are copies of
 
 
 def numbers_of(tree: Any) -> dict[str, int]:
@@ -308,7 +309,7 @@ def numbers_of(tree: Any) -> dict[str, int]:
     rows = {"links": (LINK, tree["count"]), "joints": (JOINT, tree["joint_count"]), "axes": (AXIS, v)}
     one = dict.fromkeys(("v", "a", "f", "v_f", "x", "pending", "kick_v"), v)
     own = {name: int(count) * kind.itemsize // 8 for name, (kind, count) in rows.items()}
-    sizes = {"d": v * v, "e": v * v, "factor": v * v, "room": q + 3 * v, "start": q + v}
+    sizes = {"d": v * v, "springs": v * v, "e": v * v, "factor": v * v, "room": q + 3 * v, "start": q + v}
     return {"q": q} | one | sizes | own
 
 
@@ -331,7 +332,7 @@ class Arrays(NamedTuple):
     island_bodies: Array  # members of one island
     island_pairs: Array
     grid: Array  # working memory of the broad phase
-    saved_bodies: Array  # two scratch bodies, then room for a copy of each body, see `saved.save_body`
+    saved_bodies: Array  # `SCRATCH` bodies, see `saved.scratch_body`, then room for a copy of each, see `save_body`
     trees: Array
     joints: Array  # of all trees: coordinates, velocities, and all that is derived from them, as float64
     rows: Array  # contacts of an island that takes an implicit step

@@ -5,7 +5,7 @@ from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 from contactlaw.jit import jit_inside
 from contactlaw.laws.record import CONTACT_SIZE
 from contactlaw.laws.torsion import TORSION
-from contactlaw.memory import doubles_at
+from contactlaw.memory import doubles_at, same_wholes
 from contactlaw.world.data import records
 from contactlaw.world.data.access import body_at, contact_at
 
@@ -38,28 +38,35 @@ def body_address(bodies, i):
 
 
 @jit_inside
-def scratch_body(w, i, place):
-    """Copy body i to one of the two scratch places; returns the copy."""
-    copy_numbers(body_address(w.bodies, i), body_address(w.saved_bodies, place), BODY_NUMBERS)
-    return body_at(w.saved_bodies, place)
+def scratch_body(w, i, place, time):
+    """Copy body i to one of the two scratch places; returns the copy.
+
+    If the place has a copy that has flown to a time [s] from what body i still is, that is left as it is.
+    """
+    b, source = body_address(w.bodies, i), body_address(w.saved_bodies, place + 2)
+    copy = body_at(w.saved_bodies, place)
+    if copy.time != time or not same_wholes(b, source, BODY_NUMBERS):
+        copy_numbers(b, source, BODY_NUMBERS)
+        copy_numbers(b, body_address(w.saved_bodies, place), BODY_NUMBERS)
+    return copy
 
 
 @jit_inside
 def save_body(w, i):
     """Save a copy of body i, for `saved_body` and `restore_body`."""
-    copy_numbers(body_address(w.bodies, i), body_address(w.saved_bodies, i + 2), BODY_NUMBERS)
+    copy_numbers(body_address(w.bodies, i), body_address(w.saved_bodies, i + records.SCRATCH), BODY_NUMBERS)
 
 
 @jit_inside
 def saved_body(w, i):
     """Return body i as it was saved."""
-    return body_at(w.saved_bodies, i + 2)
+    return body_at(w.saved_bodies, i + records.SCRATCH)
 
 
 @jit_inside
 def restore_body(w, i):
     """Set body i back to its saved copy."""
-    copy_numbers(body_address(w.saved_bodies, i + 2), body_address(w.bodies, i), BODY_NUMBERS)
+    copy_numbers(body_address(w.saved_bodies, i + records.SCRATCH), body_address(w.bodies, i), BODY_NUMBERS)
 
 
 @jit_inside

@@ -55,7 +55,7 @@ def flown_to(w, i, now, place):
     """Return body i as it flies to a time [s]; a free body in a scratch copy, number `place`, a tree itself."""
     b = body_at(w.bodies, i)
     if b.time != now and b.still == 0 and b.tree == 0:
-        b = scratch_body(w, i, place)
+        b = scratch_body(w, i, place, now)
     fly(b, now)
     return b
 

@@ -44,23 +44,23 @@ def add_damping(b):
     stage springs keep the force of the start, which then neither adds to their energy nor takes from it.
     """
     t = tree_at(b.tree, 0)
-    n = t.v_size
+    n, held = t.v_size, 1.0 if t.stage == t.span else 0.0
     d, out, x = vector(t.d, (n, n)), vector(t.weights, (n, t.stride)), vector(t.x, n)
+    springs = vector(t.springs, (n, n))
     q, v = vector(t.q, t.q_size), vector(t.v, n)
     q0, v0 = vector(t.start, t.q_size), vector(t.start + 8 * t.q_size, n)
     clear(x)
     for k in range(n):
         axis = axis_at(t.axes, k)
         i, p = k, axis.depth
-        if axis.spring != 0.0 and t.stage == t.span:
-            out[k, k] -= t.stage * axis.spring
-            x[k] += axis.spring * v[k]
         while i >= 0:
-            out[k, i] += t.stage * d[k, p]
-            x[k] -= d[k, p] * (v[i] - v0[i])
+            spring = held * springs[k, p]
+            own = d[k, p] - spring
+            out[k, i] += t.stage * own
+            x[k] += spring * v0[i] - own * (v[i] - v0[i])
             if i != k:
-                out[i, k] += t.stage * d[k, p]
-                x[i] -= d[k, p] * (v[k] - v0[k])
+                out[i, k] += t.stage * own
+                x[i] += spring * v0[k] - own * (v[k] - v0[k])
             i, p = axis_at(t.axes, i).parent, p - 1
         if axis.side != 0.0:
             now = max(limit_force(axis, q[axis.coordinate], v[k]), 0.0)
