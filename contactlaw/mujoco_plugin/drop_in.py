@@ -29,16 +29,15 @@ from contactlaw import checks
 from contactlaw.files import whole
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.entries import Contacts, parse_contacts, parse_skip, replace_all
-from contactlaw.mujoco_plugin.instances import ContactInstance, contact_instances
+from contactlaw.mujoco_plugin.instances import contact_instances
 from contactlaw.mujoco_plugin.overlaps import exclude_held, report_initial_overlaps
-from contactlaw.mujoco_plugin.selection import first_of, give_names, label
+from contactlaw.mujoco_plugin.selection import give_names, label
 from contactlaw.mujoco_plugin.spec import replace_native_contacts
 from contactlaw.pair import ContactWarning
 from contactlaw.world.near.sets import groups
 
 Source = str | bytes | os.PathLike[str]
 NEEDS = "<!-- before this is read: import contactlaw.mujoco_plugin -->"
-EDGED = ("capsule", "cylinder", "box", "mesh")  # types with sides or edges
 OVERLAPS = ("relax", "keep", "raise")
 
 
@@ -182,32 +181,7 @@ def _compile_with_contacts(
         warnings.warn("contacts: no two geoms that may touch are both in the table", ContactWarning, stacklevel=3)
     if overlaps != "keep":
         report_initial_overlaps(compiled, overlaps == "raise")
-    _report_ridges(compiled)
     return spec, compiled
-
-
-def _report_ridges(model: mujoco.MjModel) -> None:
-    """Warn of shapes with sides or edges that may touch a height field that is not flat."""
-    view = layout.view_of(model)
-    for number in contact_instances(view):
-        one = ContactInstance(view, number)
-        for fields, others in (one.sides, one.sides[::-1]):
-            uneven = [geom for geom in fields if one.shapes[geom].type == "hfield" and _is_uneven(view, geom)]
-            edged = [one.shapes[geom].label for geom in others if one.shapes[geom].type in EDGED]
-            if uneven and edged:
-                warnings.warn(
-                    f"{one.shapes[uneven[0]].label}: its ridges are not met by sides and edges ({first_of(edged, 5)}"
-                    "), only by ends, corners and round shapes; what lies across one sinks until they touch",
-                    ContactWarning, stacklevel=4,
-                )  # fmt: skip
-                return
-
-
-def _is_uneven(view: layout.ModelView, geom: int) -> bool:
-    """Return whether the height field of a geom is not flat."""
-    field = int(view.geom_dataid[geom])
-    first, count = int(view.hfield_adr[field]), int(view.hfield_nrow[field] * view.hfield_ncol[field])
-    return bool(np.ptp(view.hfield_data[first : first + count]) > 0.0)
 
 
 def _precise_xml(spec: mujoco.MjSpec) -> str:

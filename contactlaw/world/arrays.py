@@ -103,12 +103,13 @@ def with_tree(one: Arrays, fields: dict[str, Any]) -> Arrays:
 
 def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     """Return the world with more shapes; updates `reach`, `size` and `oriented` of their bodies."""
-    points, records = one.points, []
+    points, records, known = one.points, [], NONE
     for fields in rows:
         table = by_direction(fields["vertices"]) if "vertices" in fields else fields.get("heights", NONE)
-        place = {"first": len(points)} if len(table) else {}
+        if len(table) and table is not known:  # the shapes of one height field share theirs
+            known, points = table, np.concatenate([points, table])
+        place = {"first": len(points) - len(table)} if len(table) else {}
         records.append({name: value for name, value in fields.items() if name in RECORDED} | place)
-        points = np.concatenate([points, table]) if place else points
     shapes = with_rows(one.shapes, records)
     new, bodies = shapes[-len(rows) :], one.bodies
     is_swept = (new["kind"] >= kinds.SEGMENT) & (new["kind"] < kinds.PLANE)

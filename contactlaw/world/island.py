@@ -24,7 +24,7 @@ from contactlaw.world.data.call import address, call_coast, call_start_coasting,
 from contactlaw.world.data.demand import COAST, START_COASTING
 from contactlaw.world.data.records import NEVER, TWIST_ALWAYS, TWIST_LATER, TWIST_NOW
 from contactlaw.world.data.vec import load, norm, store, sub
-from contactlaw.world.near.guards import gap_bound, meet_half_space, raise_listed_gap
+from contactlaw.world.near.guards import gap_bound, meet_half_space, raise_listed_gap, takes_known_gap
 from contactlaw.world.near.time_of_impact import predict
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.sleep import fall_asleep
@@ -289,6 +289,8 @@ def measure_open_pair(w, k, reach, span, few):
     p = near_at(w.near, k)
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     before, needed = -p.gap, NEVER
+    if p.places > 1 and takes_known_gap(w, p, -1.0):
+        return NEVER
     gap, last_move = gap_bound(w, p, a, b)
     reach = min(reach, LOOKAHEAD * (span[1] / span[0]) * last_move)
     if gap <= reach:

@@ -222,20 +222,6 @@ def test_of_all_data_of_a_model_the_first_tells_what_is_doubtful():
         mujoco.mj_step(again, mujoco.MjData(again))
 
 
-LAND = """<mujoco><asset><hfield name="land" nrow="2" ncol="3" size="1 1 .1 .1" elevation="{}"/></asset><worldbody>
-<geom name="land" type="hfield" hfield="land"/><body pos="0 0 .5"><freejoint/>
-<geom name="one" type="{}" size=".1 .1 .1"/></body></worldbody></mujoco>"""
-
-
-def test_ridges_are_told_of_where_a_side_may_lie_on_them():
-    with pytest.warns(ContactWarning, match="hfield 'land': its ridges are not met by sides and edges .*'one'"):
-        load_model(LAND.format("0 1 0 0 1 0", "capsule"), [("*", "*", SOFT)])
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        load_model(LAND.format("0 1 0 0 1 0", "sphere"), [("*", "*", SOFT)])
-        load_model(LAND.format("0 0 0 0 0 0", "capsule"), [("*", "*", SOFT)])
-
-
 def test_hulls_that_reach_into_each_others_cores_leave_each_other_alone_until_they_have_parted():
     """A finger turns and slides out of its palm as if that were not there, and bounces off it when it comes back."""
     with pytest.warns(ContactWarning, match="geoms overlap"):

@@ -7,10 +7,13 @@ from math import cos, pi, sin, sqrt, tan
 import numpy as np
 import pytest
 
+from contactlaw import ContactPair, Material
 from contactlaw.jit import jit
 from contactlaw.world import World
 from contactlaw.world.data.access import body_at, shape_at
 from contactlaw.world.data.frames import matrix_of
+from contactlaw.world.shapes.core import CROWN
+from contactlaw.world.shapes.curvature import equivalent_radius
 from contactlaw.world.shapes.geometry import meet
 from tests.world.world_scenes import steel_pair
 
@@ -155,6 +158,117 @@ def test_a_turned_field_is_the_field_turned():
         world.step(100)
         ends.append(matrix.T @ world.position[body])
     assert np.abs(ends[1] - ends[0]).max() < 1e-8
+
+
+LYING = sqrt(0.5), 0.0, sqrt(0.5), 0.0  # the third axis along x
+RUBBER = Material(1e7, 0.45)
+
+
+def across(height, count: int = 41) -> np.ndarray:
+    """Heights by a function of x, for half lengths of 0.5 m; if that has one row, they do not depend on y."""
+    return np.broadcast_to(height(np.linspace(-0.5, 0.5, count)), (count, count))
+
+
+def valley(x):
+    return tan(0.7) * np.abs(x)
+
+
+def ridge(x):
+    return -10.0 * x * x
+
+
+def waves(x):
+    return 0.05 * np.cos(2.0 * pi * x / 0.15)
+
+
+def on_field(heights: np.ndarray, shape: str, pair: ContactPair, **motion) -> tuple[World, int]:
+    world = World(timestep=2e-3)
+    ground = world.add_height_field(None, heights, (0.5, 0.5))
+    body = world.add_body(1.0, (2e-3, 2.1e-3, 2.2e-3), **motion)
+    add = {
+        "ball": lambda: world.add_sphere(body, 0.1),
+        "capsule": lambda: world.add_capsule(body, 0.02, 0.12),
+        "can": lambda: world.add_cylinder(body, 0.02, 0.12),
+        "box": lambda: world.add_box(body, (0.12, 0.05, 0.02)),
+    }
+    world.add_contact(add[shape](), ground, pair)
+    return world, body
+
+
+def test_a_ball_in_a_valley_rests_on_both_flanks():
+    pair = steel_pair(friction=0.3, restitution=0.5)
+    world, body = on_field(across(valley), "ball", pair, position=(0.0, 0.0, 0.1 / cos(0.7) + 1e-3))
+    world.step(400)
+    forces = world.contacts["force"]
+    assert len(forces) == 2 and np.abs(world.velocity[body]).max() < 1e-12
+    normal = (forces * world.contacts["normal"]).sum(1)
+    depth = (normal / (4.0 / 3.0 * pair.effective_modulus * sqrt(0.1))) ** (2.0 / 3.0)
+    assert world.contacts["overlap"] == pytest.approx(depth, rel=1e-6)
+    slide = world.contacts["force"][:, 2] - normal * cos(0.7)  # friction, left over from the landing
+    assert normal == pytest.approx((9.81 - slide.sum()) / (2.0 * cos(0.7)), rel=1e-3)
+
+
+def test_a_capsule_lies_across_a_ridge_as_on_a_crossed_cylinder():
+    """At the depth of an elliptic contact of radii 0.02 and 0.05 m, on a side lower by a hundredth of its radius."""
+    pair = steel_pair(friction=0.3, restitution=0.5)
+    world, body = on_field(across(ridge), "capsule", pair, position=(0.0, 0.0, 0.021), quaternion=LYING)
+    world.step(400)
+    depth = (9.81 / (4.0 / 3.0 * pair.effective_modulus * sqrt(equivalent_radius(20.0, 50.0)))) ** (2.0 / 3.0)
+    assert world.contacts["overlap"] == pytest.approx([depth], rel=1e-3)
+    assert world.position[body] == pytest.approx((0.0, 0.0, 0.02 * (1.0 - CROWN) - depth), abs=1e-9)
+
+
+@pytest.mark.parametrize(("shape", "contacts"), [("capsule", 2), ("can", 2), ("box", 4)])
+def test_what_is_long_lies_over_two_ridges(shape, contacts):
+    turn = {} if shape == "box" else {"quaternion": LYING}
+    pair = steel_pair(friction=0.3, restitution=0.5)
+    world, body = on_field(across(waves), shape, pair, position=(-0.075, 0.0, 0.075), **turn)
+    world.step(500)
+    assert world.contacts["force"][:, 2] == pytest.approx([9.81 / contacts] * contacts, rel=0.01)
+    assert world.position[body, 2] == pytest.approx(0.07, abs=3e-4)
+
+
+@pytest.mark.parametrize(
+    ("heights", "shape", "place", "most"),
+    [
+        (valley, "ball", (3e-4, 0.0, 0.135), 2),
+        (lambda x: valley(x) + valley(x[:, None]), "ball", (1e-4, 2e-4, 0.16), 4),
+        (ridge, "capsule", (0.004, 0.0, 0.06), 1),
+        (waves, "box", (-0.075, 0.0, 0.1), 4),
+    ],
+)
+def test_elastic_bodies_keep_their_energy_in_valleys_and_on_ridges(heights, shape, place, most):
+    turn = {"quaternion": LYING} if shape == "capsule" else {}
+    pair = ContactPair(RUBBER, RUBBER, friction=0.0)
+    world, _ = on_field(across(heights), shape, pair, position=place, **turn)
+    before, kinetic, closed = world.energy.total, 0.0, 0
+    for _ in range(500):
+        world.step(1)
+        kinetic, closed = max(kinetic, world.energy.kinetic), max(closed, int(world.contacts["closed"].sum()))
+        assert abs(world.energy.total - before) < 1e-3 * max(kinetic, 0.1)
+    assert closed >= most and world.arrays.world["late"][0] == 0
+
+
+@pytest.mark.parametrize("name", ["ball", "capsule", "can", "box"])
+def test_at_rest_a_flat_field_is_a_plane(name):
+    heights = []
+    for field in (True, False):
+        world = World(timestep=2e-3)
+        if field:
+            ground = world.add_height_field(None, np.zeros((9, 9)), (0.5, 0.5))
+        else:
+            ground = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+        body = world.add_body(1.0, (2e-3, 2.1e-3, 2.2e-3), position=(0.0, 0.0, 0.031), quaternion=LYING)
+        add = {
+            "ball": lambda w=world, b=body: w.add_sphere(b, 0.03),
+            "capsule": lambda w=world, b=body: w.add_capsule(b, 0.03, 0.1),
+            "can": lambda w=world, b=body: w.add_cylinder(b, 0.03, 0.1),
+            "box": lambda w=world, b=body: w.add_box(b, (0.03, 0.05, 0.1)),
+        }
+        world.add_contact(add[name](), ground, steel_pair(friction=0.3, restitution=0.3))
+        world.step(500)
+        heights.append(world.position[body, 2])
+    assert abs(heights[0] - heights[1]) < 1e-9
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,8 @@ from contactlaw.laws.hertz import hertz_stiffness
 from contactlaw.world.bodies.motion import closing_at, decay, mobility_between
 from contactlaw.world.contacts.force import is_quasi_static
 from contactlaw.world.data.access import body_at, contact_at, pair_at, shape_at, tree_at
-from contactlaw.world.data.kinds import CYLINDER, EDGE
+from contactlaw.world.data.call import ask_deepest
+from contactlaw.world.data.kinds import BOX, DISC, EDGE, HEIGHT_FIELD, HULL, SEGMENT, SIDE
 from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import cross, dot, load, norm, sub
@@ -51,6 +52,10 @@ def radius_of(w, p, a, b):
     if own > 0.0:
         return own, (0.0, 0.0, 0.0)
     sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
+    if sb.kind == HEIGHT_FIELD and SEGMENT <= sa.kind <= SIDE and sa.kind != DISC:
+        _, _, arm, _ = meet_near(w, p, a, b)
+        along, radius = ask_deepest(sb.deepest, sa, a, sb, b, arm)
+        return radius, along
     return effective_radius(sa, a, sb, b)
 
 
@@ -61,7 +66,11 @@ def share_of(t, sa, sb):
     Where edges of two boxes or hulls cross, each of both meets the other core, at one point. An edge that lies on the
     face of a hull, with a crown of metres for its radius, does not.
     """
-    return 0.5 if sa.kind == EDGE and sb.kind != CYLINDER and t.radius <= max(sa.radius, sb.radius) else 1.0
+    return (
+        0.5
+        if sa.kind == EDGE and (sb.kind == BOX or sb.kind == HULL) and t.radius <= max(sa.radius, sb.radius)
+        else 1.0
+    )
 
 
 @jit_inside

@@ -25,10 +25,12 @@ from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED, RESIZED
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub, tangent
 from contactlaw.world.shapes.geometry import (
     BACK,
+    LOST,
     is_ignored,
     lies_over_face,
     meet,
     meet_near,
+    meet_place,
     set_initial_overlap,
 )
 from contactlaw.world.trees.mobility import clear
@@ -36,6 +38,7 @@ from contactlaw.world.trees.mobility import clear
 # [rad] up to which the tangent turns by the first term of the series x, and is normalised by that of a root: its square
 # is then 1 - 3/4 x^4, which `state.UNIT` must allow
 SMALL_TURN = 1e-3
+SAME = 1e-3  # of the radius of shape A, up to which two places on a height field are one
 TOUCHING = 1e-10  # overlap or gap that counts as zero, over the effective radius
 
 
@@ -49,6 +52,13 @@ def begin_contact(w, k, overlap):
     so that it gives no energy. The same holds for an edge over a face, listed as it comes to the face's border.
     """
     q = near_at(w.near, k)
+    sa, sb = shape_at(w.shapes, q.a), shape_at(w.shapes, q.b)
+    a, b = body_at(w.bodies, q.body_a), body_at(w.bodies, q.body_b)
+    radius, along = radius_of(w, q, a, b)
+    now, n, arm_a, arm_b = meet_near(w, q, a, b)
+    if q.places > 1 and now < -TOUCHING * radius:  # another pair of both has just taken this place
+        q.gap = -now
+        return False
     if q.slot < 0:
         if w.spares == 0:
             w.lost += 1
@@ -57,27 +67,28 @@ def begin_contact(w, k, overlap):
         q.slot = whole_at(w.spare, w.spares)
         clear_ledger(contact_at(w.contacts, q.slot))
     q.closed = 1
+    for i in range(q.first, q.first + q.places):  # others of both now look for other places
+        other = near_at(w.near, i)
+        if other.closed == 0:
+            other.listed_gap, other.path_limit, other.checked, other.toi = -NEVER, -1.0, -1.0, 0.0
     c = contact_at(w.contacts, q.slot)
     c.phase, c.near = CLOSED, k
     c.shape_a, c.shape_b, c.body_a, c.body_b, c.pair = q.a, q.b, q.body_a, q.body_b, q.pair
     c.touches += 1
     t = c.touch
     law = law_of(w, pair_at(w.pairs, q.pair))
-    a, b = body_at(w.bodies, q.body_a), body_at(w.bodies, q.body_b)
-    radius, along = radius_of(w, q, a, b)
     reset(t, law, radius)
-    share = share_of(t, shape_at(w.shapes, q.a), shape_at(w.shapes, q.b))
+    share = share_of(t, sa, sb)
     t.e_star, t.g_star, t.stiffness = share * t.e_star, share * t.g_star, share * t.stiffness
     clear(memory_of(w, q.slot))  # else what the last contact here left would show in saved states
-    t.mu = friction_of(pair_at(w.pairs, q.pair), shape_at(w.shapes, q.a), shape_at(w.shapes, q.b))
+    t.mu = friction_of(pair_at(w.pairs, q.pair), sa, sb)
     t.friction = t.mu
-    _, n, arm_a, arm_b = meet(shape_at(w.shapes, q.a), a, shape_at(w.shapes, q.b), b)
     store(c.normal, n)
     store(c.tangent, tangent(n))
     store(c.arm_a, arm_a)
     store(c.arm_b, arm_b)
     if law.sectors != 0.0 and dot(along, along) > 0.0:
-        set_ellipse(c, cross(n, along) if shape_at(w.shapes, q.a).kind == DISC else along, norm(along))
+        set_ellipse(c, cross(n, along) if sa.kind == DISC else along, norm(along))
     store(c.force, (0.0, 0.0, 0.0))
     c.interval, c.closing_acceleration, c.end_weight = 0.0, 0.0, 0.0
     clear_torsion(c.torsion)
@@ -85,7 +96,7 @@ def begin_contact(w, k, overlap):
     c.bend[0], c.bend[1], c.bending[0], c.bending[1] = 0.0, 0.0, 0.0, 0.0
     update_masses(w, c, a, b)
     deep = pair_at(w.pairs, q.pair).relaxed != 0 and overlap > initial_overlap_limit(w, c)
-    if deep or (overlap > 0.0 and lies_over_face(shape_at(w.shapes, q.a), a, shape_at(w.shapes, q.b), b, 0.0)):
+    if deep or (overlap > 0.0 and lies_over_face(sa, a, sb, b, 0.0)):
         c.initial_overlap, overlap = set_initial_overlap(w, q, c.initial_overlap + overlap), 0.0
     t.overlap, t.before = overlap, overlap
     slide = sub(velocity_at(a, arm_a), velocity_at(b, arm_b))
@@ -247,6 +258,21 @@ def turn_frame(c, n, twist):
     store(c.normal, n)
 
 
+@jit_inside
+def apart(w, p, arm, overlap):
+    """Return the overlap [m] of a contact that has one of several places; none if an earlier pair has the same one.
+
+    Two places become one where a valley hardly is narrower than a ball. arm: of the contact on A [m].
+    """
+    radius = shape_at(w.shapes, p.a).radius
+    for i in range(p.first, p.first + p.places):
+        q = near_at(w.near, i)
+        earlier = q.closed != 0 and q.b < p.b
+        if earlier and norm(sub(arm, load(contact_at(w.contacts, q.slot).arm_a))) < SAME * radius:
+            overlap = min(overlap, -LOST * radius)
+    return overlap
+
+
 @jit_inline
 def measure(w, c, a, b):
     """Update overlap, frame, arms and displacement of a contact after its bodies have moved.
@@ -254,8 +280,12 @@ def measure(w, c, a, b):
     Callers loop over all contacts before they call `advance`: in one loop, contacts would wait for the square roots and
     divisions of the law of the contact before.
     """
-    sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
-    overlap, n, arm_a, arm_b = meet_contact(c, sa, a, sb, b)
+    p = near_at(w.near, c.near)
+    if p.places > 1:
+        overlap, n, arm_a, arm_b = meet_place(w, p, a, b)
+        overlap = apart(w, p, arm_a, overlap)
+    else:
+        overlap, n, arm_a, arm_b = meet_contact(c, shape_at(w.shapes, c.shape_a), a, shape_at(w.shapes, c.shape_b), b)
     t, old = c.touch, load(c.normal)
     mean_a, mean_b = scale(0.5, add(arm_a, load(c.arm_a))), scale(0.5, add(arm_b, load(c.arm_b)))
     moved = sub(moved_at(a, mean_a), moved_at(b, mean_b))

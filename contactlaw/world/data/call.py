@@ -26,6 +26,11 @@ call_with_body: Any = caller(types.void(BODY_TYPE))
 call_with_number: Any = caller(types.void(BODY_TYPE, NUMBER))
 call_with_vectors: Any = caller(types.void(BODY_TYPE, VECTOR, VECTOR))
 ask_mobility: Any = caller(NUMBER(BODY_TYPE, VECTOR, BODY_TYPE, VECTOR, VECTOR))
+ask_beside: Any = caller(
+    types.Tuple((NUMBER, VECTOR, VECTOR, VECTOR))(
+        *TWO, types.int64, types.UniTuple(VECTOR, 3), types.UniTuple(VECTOR, 3)
+    )
+)
 ask_deepest: Any = caller(types.Tuple((VECTOR, NUMBER))(*TWO, VECTOR))
 ask_meeting: Any = caller(types.Tuple((NUMBER, VECTOR, VECTOR, VECTOR))(*TWO))
 ask_nearest: Any = caller(

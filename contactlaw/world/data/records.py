@@ -162,11 +162,11 @@ SHAPE = record(
     half=VECTOR,  # [m] of a segment: from its middle to an end, of a disc: to a point of its rim, along the same axes;
     # of a box, cylinder or ellipsoid: its half lengths; of a hull: its reach from `at` first
     axes=MATRIX,  # of a box, cylinder or ellipsoid: its own axes to the principal ones; a cylinder's third is its axis
-    partner="i8",  # the only shape that a tangent plane meets
+    partner="i8",  # the only shape that a tangent plane meets; number of a height field among those of its surface
     next="i8",  # next part of a box, cylinder or hull, or of the shape that it is a part of; 0: none
-    deepest="u8",  # address of the function that finds the deepest point of a disc
+    deepest="u8",  # address of the function that finds the deepest point of a disc; of a field: R on a ridge
     first="i8",  # of a hull: row in `Arrays.points` of the table of its core, along the principal axes from `at`
-    # addresses: of that table; `radius` of hulls, ellipsoids and cylinders; nearest of a hull
+    # addresses: of that table; `radius` of hulls, ellipsoids and cylinders; nearest of a hull, `meet_beside` of a field
     points="u8", curve="u8", nearest="u8",
     swept="u8",  # address of the table of `shapes.swept`, of all shapes but spheres and planes
     friction="f8", priority="i8",  # coefficient for pairs that have none, and which of two shapes gives it
@@ -192,6 +192,7 @@ NEAR = record(
     body_a="i8", body_b="i8",
     path_limit="f8",  # [m] sum of both bodies' `path` at which it can close, in a run of substeps
     a="i8", b="i8", pair="i8",
+    first="i8", places="i8",  # of the pairs of A with fields of one surface: the first one's number, and how many
     toi="f8",  # time of impact, a lower bound [s]
     checked="f8",  # time [s] at which its gap was last found; -1: not in this step; or MEASURED, BOUNDED
     gap="f8", closing="f8", acceleration="f8",  # [m], [m/s], [m/s^2]: gap then, closing speed, and acceleration at most

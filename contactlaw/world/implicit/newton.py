@@ -39,6 +39,7 @@ from contactlaw.world.implicit.equations import (
     matrix,
     vector_of,
 )
+from contactlaw.world.near.guards import takes_known_gap
 from contactlaw.world.shapes.core import set_back
 from contactlaw.world.shapes.geometry import centre, half_axis, meet_near
 from contactlaw.world.trees.kinematics import vector
@@ -138,6 +139,8 @@ def evaluate_contact(w, r, stage):
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     if r.slot < 0:
         if p.checked == 0.0 and p.gap > a.path + b.path:  # by the gap at the start of the step
+            return False, NEVER
+        if p.places > 1 and takes_known_gap(w, p, -1.0):
             return False, NEVER
         overlap, _, _, _ = meet_near(w, p, a, b)
         if overlap <= 0.0 or not begin_contact(w, r.near, min(-p.gap, 0.0)):

@@ -47,12 +47,13 @@ def list_near(w):
 
     The margins are for several steps, or for one step if the arrays are too small for that many near pairs.
     """
-    lost, wholes, ends = w.lost, 0, 0
+    lost, wholes, ends, parts = w.lost, 0, 0, 0
     for i in range(w.shape_count):
-        kind = shape_at(w.shapes, i).kind
-        wholes += 0 if is_part(shape_at(w.shapes, i)) else 1
+        kind, part = shape_at(w.shapes, i).kind, is_part(shape_at(w.shapes, i))
+        wholes += 0 if part else 1
+        parts += 1 if part and kind < PLANE else 0
         ends += 1 if kind == END else 0
-    lasts = PARTS_MARGIN_STEPS if wholes < w.shape_count else MARGIN_STEPS * max(sqrt(wholes) / w.body_count, 1.0)
+    lasts = PARTS_MARGIN_STEPS if parts > 0 else MARGIN_STEPS * max(sqrt(wholes) / w.body_count, 1.0)
     few = wholes - ends <= FEW
     link_contacts(w)
     list_within(w, lasts if w.body_count <= MANY_BODIES else 1.0, few)

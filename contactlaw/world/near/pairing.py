@@ -5,7 +5,7 @@ all parts of a shape lie behind its plane. So one product excludes most of the h
 """
 
 from contactlaw.jit import jit_inside
-from contactlaw.memory import whole_at
+from contactlaw.memory import doubles_at, whole_at
 from contactlaw.pair import DEEPEST
 from contactlaw.world.data.access import (
     axis_at,
@@ -37,14 +37,15 @@ from contactlaw.world.data.kinds import (
 from contactlaw.world.data.records import CLOSED, FREE_JOINT, HINGE, NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body
 from contactlaw.world.near.guards import drop_guard, lead_of, new_guard, parts_margin, separate
-from contactlaw.world.shapes.geometry import IGNORED, centre, half_axis, is_ignored, lies_over_face, meet
+from contactlaw.world.shapes.core import CROWN
+from contactlaw.world.shapes.geometry import IGNORED, PLACES, centre, half_axis, is_ignored, lies_over_face, meet
 from contactlaw.world.shapes.segments import clip
 
 
 @jit_inside
 def is_part(s):
-    """Return whether a shape is a part of another one."""
-    return s.kind == CORNER or (EDGE <= s.kind <= SIDE)
+    """Return whether a shape is a part of another one, or a further place on a height field."""
+    return s.kind == CORNER or (EDGE <= s.kind <= SIDE) or (s.kind == HEIGHT_FIELD and s.partner > 0)
 
 
 @jit_inside
@@ -63,16 +64,31 @@ def meets(kind_a, kind_b):
     if kind_a < SEGMENT:
         return kind_b >= BOX
     if kind_a == SEGMENT:
-        return kind_b == SEGMENT or ELLIPSOID <= kind_b <= HULL
+        return kind_b in (SEGMENT, HEIGHT_FIELD) or ELLIPSOID <= kind_b <= HULL
     if kind_a == EDGE:
-        return BOX <= kind_b <= HULL
+        return BOX <= kind_b <= HULL or kind_b == HEIGHT_FIELD
     if kind_a == DISC:
         return BOX <= kind_b <= HEIGHT_FIELD
     if kind_a == SIDE:
-        return kind_b == CYLINDER
+        return kind_b in (CYLINDER, HEIGHT_FIELD)
     if kind_a == ELLIPSOID:
         return kind_b <= HEIGHT_FIELD
-    return kind_b == HULL and kind_a != CYLINDER
+    return kind_b == HULL and kind_a in (BOX, HULL)
+
+
+@jit_inside
+def places_of(sa, sb):
+    """Return in how many places shape A may touch B, more than one of a height field.
+
+    A ball has one where no valley is narrower than itself. A line has none where no ridge is as sharp as that its
+    middle can be lower over it than both ends are, by what it is set back.
+    """
+    if sb.kind != HEIGHT_FIELD or sa.kind == DISC or sa.kind == ELLIPSOID:
+        return 1
+    valley, ridge = doubles_at(sb.points)[3], doubles_at(sb.points)[4]
+    if sa.kind < SEGMENT:
+        return PLACES if valley * sa.radius > 1.0 else 1
+    return PLACES if 0.5 * ridge * dot(load(sa.half), load(sa.half)) > CROWN * sa.radius else 0
 
 
 @jit_inside
@@ -110,15 +126,20 @@ def list_pair(w, i, j):
     if sa.kind >= BOX:
         list_cores(w, i, j, margin)
         return
-    gap = -NEVER
+    gap, places = -NEVER, places_of(sa, sb)
+    if places == 0:
+        return
     if sb.kind != SPHERE and sb.kind != TANGENT:
         overlap, _, _, _ = meet(sa, a, sb, b)
         gap = -overlap
+    if places > 1:  # the nearest place may have been missed, which `geometry.meet_place` seeks with more care
+        margin, gap = margin + bounding_radius(sa), (gap if gap > margin + bounding_radius(sa) else -NEVER)
     if gap > margin:
         return
     if sa.kind >= SEGMENT or ELLIPSOID <= sb.kind <= HULL or sb.kind == HEIGHT_FIELD:
         guard = new_guard(w, i, j, w.step)
-    add_near(w, i, j, guard, gap)
+    for place in range(places):
+        add_near(w, i, j + place, guard, gap)
 
 
 @jit_inside
@@ -259,7 +280,8 @@ def list_parts(w, shapes, n, top, listing):
         near = gap <= margin and meets(s.kind, other.kind) and not twice
         near = near and distance_bound(sub(to, centre(s, body)), half_axis(s, body), s) <= far
         if near and not lies_over_face(s, body, other, body_at(w.bodies, other.body), margin):
-            add_near(w, k, j, guard, gap + counted)
+            for place in range(places_of(s, other)):
+                add_near(w, k, j + place, guard, gap + counted)
         k = s.next
 
 
@@ -291,6 +313,8 @@ def complete_near(w, k):
     p = near_at(w.near, k)
     p.body_a, p.body_b = shape_at(w.shapes, p.a).body, shape_at(w.shapes, p.b).body
     p.pair = pair_of(w, p.a, p.b)
+    s = shape_at(w.shapes, p.b)
+    p.first, p.places = k - (s.partner if s.kind == HEIGHT_FIELD else 0), places_of(shape_at(w.shapes, p.a), s)
     p.slot = -1
     p.initial_overlap = 0.0
     p.closed, p.active = 0, 0

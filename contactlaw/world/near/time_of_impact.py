@@ -21,7 +21,13 @@ from contactlaw.world.data.kinds import HEIGHT_FIELD, PLANE, SEGMENT, SPHERE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.saved import scratch_body
 from contactlaw.world.data.vec import add, dot, load, norm, sub
-from contactlaw.world.near.guards import cores_stay_apart, meet_half_space, raise_listed_gap, takes_known_time
+from contactlaw.world.near.guards import (
+    cores_stay_apart,
+    meet_half_space,
+    raise_listed_gap,
+    takes_known_gap,
+    takes_known_time,
+)
 from contactlaw.world.shapes.geometry import OF_TIME, centre, meet_near
 
 CLEAR_HEIGHT = 0.01  # of A's radius: where A is higher over a separating plane, its gap is taken from that plane
@@ -72,6 +78,8 @@ def predict(w, p, now):
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     else:
         a, b = flown_to(w, p.body_a, now, 0), flown_to(w, p.body_b, now, 1)
+        if p.places > 1 and takes_known_gap(w, p, now):
+            return a, b
         find_time(w, p, a, b, now, w.step - now)
     raise_listed_gap(w, p, now)
     return a, b
@@ -110,9 +118,8 @@ def find_time(w, p, a, b, now, left):
     if overlap > 0.0:
         return
     if sb.kind == HEIGHT_FIELD:  # not convex: the gap closes at most as fast as any point moves
-        p.closing = greatest_closing(a, b)
         p.acceleration = norm(rest) + speed_growth_bound(a, left) + speed_growth_bound(b, left)
-        wait = time_to_close(p.gap, p.closing, p.acceleration)
+        wait = time_to_close(p.gap, greatest_closing(a, b), p.acceleration)
         p.toi = now + wait if wait < left else NEVER
         return
     rate = turn_rate(a) + turn_rate(b)

@@ -9,7 +9,7 @@ and D = (K - E)/k^2. Hence P = 4/3 E* sqrt(R) delta^1.5 as for balls, with R = p
 function of ln(q/p) alone, here a fit to 5e-4 for q/p up to 1e5.
 """
 
-from math import exp, log, log1p, sqrt
+from math import atan2, cos, exp, log, log1p, sin, sqrt
 
 from contactlaw.jit import jit_inside
 from contactlaw.world.data.access import body_at, shape_at
@@ -69,6 +69,14 @@ def between(x, e, y, f, differ):
     double = (x + y * (2.0 * cosine * cosine - 1.0)) / differ
     near, far = sqrt(max(0.5 + 0.5 * double, 0.0)), sqrt(max(0.5 - 0.5 * double, 0.0))
     return add(scale(near, e), scale((far if cosine >= 0.0 else -far) / sine, across))
+
+
+@jit_inside
+def principal(tt, tu, uu, t, u):
+    """Return the curvatures of a body, see `radius_between`, of which those along two unit vectors t, u are given."""
+    mean, differ = 0.5 * (tt + uu), sqrt(0.25 * (tt - uu) ** 2 + tu * tu)
+    angle = 0.5 * atan2(2.0 * tu, tt - uu)
+    return mean - differ, mean + differ, add(scale(-sin(angle), t), scale(cos(angle), u))
 
 
 @jit_inside

@@ -8,6 +8,7 @@ from contactlaw.world.data import kinds
 from contactlaw.world.data.frames import matrix_of, turn_to, unit_quaternion
 from contactlaw.world.data.records import Array
 from contactlaw.world.shapes import convex, disc, ellipsoid, height_field
+from contactlaw.world.shapes.geometry import PLACES
 from contactlaw.world.shapes.hulls import core_of
 from contactlaw.world.shapes.parts import Fields, parts_of
 
@@ -150,8 +151,8 @@ class Shapes:
     ) -> int:  # fmt: skip
         """Fix a height field to a body, or to the world: None; returns the shape's number.
 
-        The surface through the heights is smooth. Shapes that meet planes touch it from above, by the same points:
-        sides of capsules and edges of boxes and hulls do not meet its ridges.
+        The surface through the heights is smooth. Shapes touch it from above: by the points by which they meet planes,
+        and on ridges by sides of capsules and cylinders and edges of boxes and hulls.
 
         Args:
             body: Number of the body.
@@ -168,7 +169,11 @@ class Shapes:
         axes = matrix_of(unit_quaternion("quaternion", quaternion))
         made = self._placed(kinds.HEIGHT_FIELD, body, checks.vector("at", at) + top * axes[:, 2], axes)
         made |= {"half": np.array([*half, 0.0]), "normal": self._turn(body)[1] @ axes[:, 2], "heights": rows}
-        return self._shape(made | height_field.addresses())
+        made |= height_field.addresses()
+        number = self._shape(made)
+        for place in range(1, PLACES):
+            self._shape(made | {"partner": place}, number)
+        return number
 
     def add_shape(
         self, kind: str, body: int, sizes: Array, at: Array, quaternion: Array, rounding: float | None = None,

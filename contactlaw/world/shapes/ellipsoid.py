@@ -14,7 +14,7 @@ Optim. 13, 298-321): the gap is then smaller at each iteration, so that no featu
 """
 
 from functools import lru_cache
-from math import atan2, copysign, cos, sin, sqrt
+from math import copysign, sqrt
 
 from contactlaw.jit import address_of, jit_inside
 from contactlaw.world.data.call import ask_meeting, ask_radius, ask_separation
@@ -22,7 +22,7 @@ from contactlaw.world.data.kinds import BOX, CYLINDER, ELLIPSOID, PLANE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub, tangent, to_body, to_world
 from contactlaw.world.shapes.core import excess_of, local
-from contactlaw.world.shapes.curvature import feature, radius_between
+from contactlaw.world.shapes.curvature import feature, principal, radius_between
 from contactlaw.world.shapes.geometry import SUNK, centre
 from contactlaw.world.shapes.gjk import nearest, support
 
@@ -256,10 +256,7 @@ def curved(s, b, n):
     t = tangent(n)
     u = cross(n, t)
     h, q = sqrt(dot(n, swell(s, b, n))), shrink(s, b, t)
-    tt, tu, uu = h * dot(t, q), h * dot(u, q), h * dot(u, shrink(s, b, u))
-    mean, differ = 0.5 * (tt + uu), sqrt(0.25 * (tt - uu) ** 2 + tu * tu)
-    angle = 0.5 * atan2(2.0 * tu, tt - uu)
-    return mean - differ, mean + differ, add(scale(-sin(angle), t), scale(cos(angle), u))
+    return principal(h * dot(t, q), h * dot(u, q), h * dot(u, shrink(s, b, u)), t, u)
 
 
 def radius(sa, a, sb, b):

@@ -4,8 +4,8 @@ from numba import types
 
 from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
-from contactlaw.world.data.access import shape_at
-from contactlaw.world.data.call import ask_deepest, ask_meeting, ask_over_face, ask_radius
+from contactlaw.world.data.access import contact_at, near_at, shape_at
+from contactlaw.world.data.call import ask_beside, ask_deepest, ask_meeting, ask_over_face, ask_radius
 from contactlaw.world.data.kinds import (
     BOX,
     CYLINDER,
@@ -20,11 +20,14 @@ from contactlaw.world.data.kinds import (
     SPHERE,
 )
 from contactlaw.world.data.records import NEVER
-from contactlaw.world.data.vec import add, axpy, dot, load, norm, scale, sub, to_world
+from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
 
 BACK = 0.05  # of the sum of radii, by which the contact of two cores is set back behind that of corners and edges
 SUNK = 0.975  # share of `max_overlap`, less what sets back, from which cores may touch: crowns shorten it
 IGNORED = 1e9  # [m] initial overlap of an ignored pair, more than any shapes overlap
+PLACES = 4  # contacts of one shape with a height field at once, at most: flanks of a pit between four grid points
+FOLLOW = -1  # of `height_field.meet_beside`, instead of a number of places
+LOST = 1e-9  # of the radius, the gap of a contact whose place has vanished
 OF_MEETING, OF_RADIUS, OF_TIME, OF_FACE = range(4)  # places in `swept.TABLE`
 
 
@@ -71,8 +74,26 @@ def meet(sa, a, sb, b):
 @jit_inside
 def meet_near(w, p, a, b):
     """Return `meet` of a near pair whose bodies are given, less the overlap that counts as none."""
-    overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+    sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
+    overlap, n, arm_a, arm_b = meet_place(w, p, a, b) if p.places > 1 else meet(sa, a, sb, b)
     return overlap - p.initial_overlap, n, arm_a, arm_b
+
+
+@jit_inside
+def meet_place(w, p, a, b):
+    """Return `meet` of a shape that may touch a height field in several places.
+
+    A closed pair has its own, which it follows; an open one has the nearest place that no other pair of both has.
+    """
+    sa, sb, held = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b), 0
+    one, two, three = (ZERO, ZERO), (ZERO, ZERO), (ZERO, ZERO)
+    for i in range(p.first, p.first + p.places):
+        q = near_at(w.near, i)
+        if q.closed != 0 and (p.closed == 0 or q.b == p.b):
+            c = contact_at(w.contacts, q.slot)
+            one, two, three, held = (load(c.arm_a), load(c.normal)), one, two, held + 1
+    held = FOLLOW if p.closed != 0 else held
+    return ask_beside(sb.nearest, sa, a, sb, b, held, (one[0], two[0], three[0]), (one[1], two[1], three[1]))
 
 
 @jit_inside
