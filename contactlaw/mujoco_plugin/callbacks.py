@@ -64,7 +64,7 @@ def move_world(head, w, state):
 
     Returns ASLEEP if all bodies go on sleeping; EDITED, before any step, if the model of a calm world has been edited.
     """
-    m, w.step = model_at(head.model, 0), head.step_size
+    m, w.step, w.brief = model_at(head.model, 0), head.step_size, 0
     head.lag = 0.0 if m.opt.integrator == layout.RUNGE_KUTTA else 0.5 * m.opt.timestep
     store(head.gravity, (0.0, 0.0, 0.0) if m.opt.disableflags & layout.NO_GRAVITY else load(m.opt.gravity))
     known, start = head.mocap_count == 0 and w.stale != 0, head.start
@@ -72,7 +72,7 @@ def move_world(head, w, state):
     for i in range(head.free_count):
         free.read_free(head, free_at(head.frees, i), known)
         if head.tree_count > 0 and body_at(w.bodies, 1 + i).asleep == 0:
-            w.stale = 1  # what is listed near a free body decides which trees pass: it must be what is near now
+            w.stale, w.brief = 1, 1  # what is listed near it decides which trees pass: it must be what is near now
     for i in range(head.mocap_count):
         read_mocap(head, w, mocap_at(head.mocaps, i), moved_at(shifted(state.ctypes.data, PUSH + 2 * head.nv), i))
     run_trees(head, FIND)

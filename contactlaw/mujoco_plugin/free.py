@@ -122,7 +122,7 @@ def read_free(head, f, known):
         return
     placed = not (known or same)
     if b.oriented != 0:  # the rounding of its flight depends on which pairs are near: they must be those of now
-        w.stale = 1
+        w.stale, w.brief = 1, 1
     if placed:
         w.stale = 1
         b.placed = 1

@@ -43,13 +43,13 @@ from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.mujoco_plugin.notices import TOWED, report_once
 from contactlaw.world.bodies.motion import is_static
 from contactlaw.world.data.access import axis_at, body_at, joint_at, link_at, near_at, tree_at, world_at
-from contactlaw.world.data.call import BODY_TYPE, VECTOR, call_with_body
-from contactlaw.world.data.records import ASKED, DENIED, PASSES, SLIDE
+from contactlaw.world.data.call import BODY_TYPE, VECTOR, call_on_tree, call_with_body
+from contactlaw.world.data.records import ASKED, DENIED, PASSES, PLACED, SLIDE
 from contactlaw.world.data.vec import add, cross, dot, load, norm, store, sub
 from contactlaw.world.near.passing import find_passing
 from contactlaw.world.state import forget_motion_of
 from contactlaw.world.trees.dynamics import mobility_along, solve_ld, solve_lt
-from contactlaw.world.trees.kinematics import vector
+from contactlaw.world.trees.kinematics import spread_velocity, vector
 from contactlaw.world.trees.mobility import clear, copy, leave_placed
 
 FIND, MOVE, READ, WRITE = range(4)
@@ -228,10 +228,16 @@ def read_tree(head, j, t):
     clear(v)
     read_equalities(head, j, t)
     t.stale, t.span = 1, head.step_size
+    asleep = body_at(t.bodies, 0).asleep != 0
+    leads = head.lag > 0.0 and not (is_pressed(t) or asleep)
+    if (d.nl > 0 or leads) and not asleep:
+        clear(vector(t.x, n))
+        call_on_tree(t.move, t)
+        t.stale = PLACED
     if d.nl > 0:
-        call_with_body(t.settle, body_at(t.bodies, 0))
+        if not asleep:
+            rest_accelerations(t, 0.0)
         read_limits(head, j, t)
-    leads = head.lag > 0.0 and not (is_pressed(t) or body_at(t.bodies, 0).asleep != 0)
     a = rest_accelerations(t, head.step_size) if leads else vector(t.a, n)
     gather(head, velocities, j.v, v)
     read_springs(head, j, t)
@@ -246,10 +252,11 @@ def rest_accelerations(t, step):
 
     Euler's method damps implicitly: (M + h D) a = f. With M alone, a joint that stiff damping holds would move off.
     """
+    spread_velocity(t)
     t.lag = step
-    leave_placed(t)
-    call_with_body(t.settle, body_at(t.bodies, 0))
+    call_on_tree(t.accelerate, t)
     t.lag = 0.0
+    leave_placed(t)
     return vector(t.a, t.v_size)
 
 

@@ -202,7 +202,10 @@ def take_substeps(w, bodies, pairs, t, now, until):
         h = next_h
     w.twists = TWIST_ALWAYS
     for i in range(bodies):
-        settle(body_at(w.bodies, whole_at(w.island_bodies, i)))
+        b = body_at(w.bodies, whole_at(w.island_bodies, i))
+        b.time = w.step if t == w.step else b.time
+        if b.member == 0:
+            settle(b)
     return t
 
 

@@ -207,14 +207,22 @@ def finish(w, dt):
 def take_implicit_steps(w):
     """Call `implicit.step.take_implicit_steps`; return whether any island has taken one.
 
-    Only if a moving body has a contact that cannot part, see `pace.stays_closed`, for which the step is long.
+    Only if a moving body has contacts that cannot part, see `pace.stays_closed`, for one of which the step is long. One
+    that can part keeps its body, or all of a tree, from it: then the gaps around it need not be found.
     """
-    for k in range(w.nears):
-        p = near_at(w.near, k)
-        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-        if p.closed != 0 and (a.still == 0 or b.still == 0):
+    for n in range(w.near_body_count):
+        body_at(w.bodies, whole_at(w.near_bodies, n)).active = 0
+    for order in range(2):
+        for k in range(w.nears):
+            p = near_at(w.near, k)
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            if p.closed == 0 or (a.still != 0 and b.still != 0):
+                continue
             c = contact_at(w.contacts, p.slot)
-            if stays_closed(c, a, b) and LEAST_STEP * resting_duration(w, c) <= w.step:
+            first_a, first_b = body_at(w.bodies, p.body_a - a.member), body_at(w.bodies, p.body_b - b.member)
+            if order == 0 and not stays_closed(c, a, b):
+                first_a.active, first_b.active = 1 - a.still, 1 - b.still
+            if order == 1 and first_a.active + first_b.active == 0 and LEAST_STEP * resting_duration(w, c) <= w.step:
                 return ready(w, IMPLICIT) and call_on_world(address(w, IMPLICIT), w)
     return False
 

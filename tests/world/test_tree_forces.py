@@ -71,6 +71,22 @@ def test_a_limb_that_damping_all_but_locks_does_not_shorten_the_substeps_of_an_i
     assert speed == pytest.approx(exact, abs=5e-4)
 
 
+@pytest.mark.heavy
+def test_an_impact_on_a_damped_joint_converges_with_substeps_squared() -> None:
+    """Damping takes a third of the speed that the impact of 20 ms leaves."""
+
+    def rebound(substeps: int) -> float:
+        world = World(gravity=0.0, timestep=3e-2, substeps=substeps)
+        rail = Joint("slide", axis=(0.0, 0.0, 1.0), damping=30.0)
+        _, (body,) = world.add_tree(Tree([Part(1.0, 1e-2, [rail])]), [0.021], [-1.0])
+        soft = ContactPair("rubber", "steel", friction=0.0, restitution=1.0)
+        world.add_contact(world.add_sphere(body, 0.02), world.add_plane(None, *FLOOR), soft)
+        world.step()
+        return float(world.tree(0)[1][0])
+
+    assert rebound(400) == pytest.approx(rebound(3200), abs=1e-5)
+
+
 def creature(timestep: float, restitution: float = 1.0, gravity: float = 0.0) -> World:
     """A free body with a limb on a ball joint, one on two hinges, and a piston; a ball of steel at each end."""
     arm, inertia = (0.06, 0.0, 0.0), (1e-5, 6e-5, 6e-5)

@@ -19,7 +19,6 @@ FEWER = 4.0  # by which the substeps of a quasi-static contact are divided
 STEADY = 1e-2  # `share` of `force.is_quasi_static` below which substeps need only be stable
 STABLE = 8.0  # substeps of an impact that are enough for stability
 ELASTIC = 60.0  # substeps of an elastic impact in a crowd, at least: a column of 20 keeps its energy to 1e-3
-JOINTED_FEWER = 4.0  # times fewer substeps of a damped impact with joints: 25 instead of 100, psi_2 right to 1e-3
 ALIKE = 4.0  # equal contacts on one body, as the feet of a box, for which STABLE holds: h omega is 1 then, its limit 2
 LEAST_STEP = 1.0 / 3.0  # shortest step for which implicit steps are tried, in `resting_duration` of a contact
 MAX_SHORTENING = 4.0  # by which the length of substeps is divided for that, at most
@@ -152,12 +151,12 @@ def substeps_per_impact(w, p, few):
     """Return how many substeps an impact of a pair should have.
 
     few: no more than `WORLD.crowd` contacts of its island are closed. In a crowd and with joints damped impacts need
-    fewer, as damping removes their errors; those of elastic ones add up.
+    fewer, as damping removes their errors; those of elastic ones add up. With 20, a leg's velocities are right to 1e-3.
     """
     damped = law_of(w, pair_at(w.pairs, p.pair)).zeta > 0.0
-    if few:
-        joints = is_jointed(body_at(w.bodies, p.body_a)) or is_jointed(body_at(w.bodies, p.body_b))
-        return w.substeps / JOINTED_FEWER if damped and joints else w.substeps
+    joints = is_jointed(body_at(w.bodies, p.body_a)) or is_jointed(body_at(w.bodies, p.body_b))
+    if few and not (damped and joints):
+        return w.substeps
     return w.crowd_substeps if damped else max(w.crowd_substeps, ELASTIC)
 
 

@@ -289,6 +289,7 @@ WORLD = record(
     nears="i8", guard_count="i8", spares="i8", islands="i8", near_body_count="i8",  # how many of each there are
     slots="i8",  # how many slots of contacts have ever been in use: the first ones
     rested="i8", stale="i8",  # 1: no body moved in the last step; 1: near pairs must be listed anew
+    brief="i8",  # 1: and will be again in the next step
     edited="i8",  # 0, EDITED: the user has changed bodies since the last step, RESIZED: shapes too, which may overlap
     unknowns="i8", unknown_room="i8",  # of the island that takes an implicit step; how many there is room for
     implicit="i8", solved="i8",  # counts since the start: implicit steps of islands, and factorisations for them

@@ -26,6 +26,7 @@ from contactlaw.world.shapes.geometry import centre, meet
 # shapes, that of going through the list in each window with the bodies.
 MARGIN_STEPS = 4.0
 PARTS_MARGIN_STEPS = 16.0  # the same where shapes have parts: guards tell cheaply which of these are near
+BRIEF_STEPS = 3.0  # the same where near pairs are listed in each step: `near.passing` looks two steps ahead of its end
 # Bodies among which margins last one step: each step has many windows, and each goes through the list. These margins
 # allow for impacts too, see `set_margins`.
 MANY_BODIES = 256
@@ -54,6 +55,7 @@ def list_near(w):
         parts += 1 if part and kind < PLANE else 0
         ends += 1 if kind == END else 0
     lasts = PARTS_MARGIN_STEPS if parts > 0 else MARGIN_STEPS * max(sqrt(wholes) / w.body_count, 1.0)
+    lasts = min(lasts, BRIEF_STEPS) if w.brief != 0 else lasts
     few = wholes - ends <= FEW
     link_contacts(w)
     list_within(w, lasts if w.body_count <= MANY_BODIES else 1.0, few)

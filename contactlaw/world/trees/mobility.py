@@ -75,6 +75,7 @@ def accelerate(t):
 def settle(b):
     """Find the accelerations of a tree whose coordinates, velocities or forces have changed.
 
+    Where the world has moved it to the end of the step, which needs none, it finds velocities alone.
     A tree that sleeps is left as it is, and marked if it is disturbed.
     """
     t = tree_at(b.tree, 0)
@@ -82,13 +83,16 @@ def settle(b):
         t.disturbed = 1 if is_disturbed(t) else 0
         return
     if t.stale != 0:
+        ends = t.stale == PLACED and b.time == t.span
         apply_pending(t)
         if t.stale != PLACED:
             clear(vector(t.x, t.v_size))
             call_on_tree(t.move, t)
         spread_velocity(t)
-        accelerate(t)
-        t.stale = 0
+        t.stale = PLACED
+        if not ends:
+            accelerate(t)
+            t.stale = 0
         t.hold = 0
         t.held = 0.0
         clear(vector(t.kick_v, t.v_size))

@@ -5,7 +5,8 @@
 
 Damping that the steps of a flight are too long to follow is linearly implicit: M + h/2 D replaces M. Steady velocities
 remain right. In the leapfrog damping follows the implicit midpoint rule over a group of substeps of T seconds, contacts
-included: with M + T/2 D in place of M, v1 - v0 = M^-1 (T (f - D (v0 + v1)/2) + p). Where that would oscillate, M + s D
+included: with M + T/2 D in place of M, v1 - v0 = M^-1 (T (f - D (v0 + v1)/2) + p), from the middle of the group's first
+drift, where its kicks begin to count, to that of the next group's. Where that would oscillate, M + s D
 reduces each rate r to r/(1 + s r), with s such that no velocity loses more than half in a substep.
 
 In the leapfrog M and a are held for a few substeps, at their values in the middle of the kicks that end these: the
@@ -21,9 +22,9 @@ from contactlaw.world.data.access import axis_at, body_at, link_at, tree_at
 from contactlaw.world.data.call import call_on_tree
 from contactlaw.world.data.records import PLACED
 from contactlaw.world.data.vec import add, load, norm, scale, store, sub
-from contactlaw.world.trees.dynamics import decay, response_of
+from contactlaw.world.trees.dynamics import response_of
 from contactlaw.world.trees.kinematics import vector
-from contactlaw.world.trees.mobility import accelerate, apply_pending, clear, copy, move_bodies
+from contactlaw.world.trees.mobility import accelerate, apply_pending, clear, copy, leave_placed, move_bodies
 
 HOLD = 4  # substeps for which M and a are held at most
 LONGEST_HOLD, HELD_TURN = 2e-3, 0.02  # [s], or [rad] if that takes longer, for which they are held at most
@@ -38,20 +39,21 @@ def fly(b, until):
     """Move a tree to a time [s] of the step, in free flight."""
     t = tree_at(b.tree, 0)
     left = until - b.time
-    t.decay = decay(t)
     longest = abs(left) / max(min(ceil(abs(left) * t.decay / LARGEST_DECAY), STIFF), 1.0)
     while left != 0.0:
         steps = max(min(ceil(abs(left) * t.change_rate / LARGEST_TURN), MOST), ceil(abs(left) / longest - 1e-6))
         h = left / steps
-        runge_kutta(t, h)
         left = left - h if steps > 1.0 else 0.0
+        runge_kutta(t, h, left != 0.0 or until != t.span)
     for i in range(t.count):
         body_at(t.bodies, i).time = until
 
 
 @jit_inside
-def runge_kutta(t, h):
+def runge_kutta(t, h, more):
     """Take one step of h [s] of fourth order, on rotations too, from accelerations that belong to q and v.
+
+    more: whether accelerations at its end are needed.
 
     The classical method, with two moves where one would not commute (Celledoni, Marthinsen & Owren 2003):
     q4 = q moved by h/2 v1, then by h (v3 - v1/2); at the end by h/12 (3 v1 + 2 v2 + 2 v3 - v4), then by
@@ -95,7 +97,10 @@ def runge_kutta(t, h):
         v[k] = v0[k] + h / 6.0 * gained[k]
     t.lag = 0.0
     move_bodies(t)
-    accelerate(t)
+    if more:
+        accelerate(t)
+    else:
+        leave_placed(t)
     t.hold = 0
     for i in range(t.count):
         b = body_at(t.bodies, i)
@@ -171,9 +176,10 @@ def predict_midpoint(t, h):
     copy(q, q0)
     copy(v, v0)
     for k in range(n):
-        damped[k] = v[k] - known * push[k]
+        damped[k] = v[k] + 0.5 * h * a[k]
+        begun = v[k] - known * push[k]
         v[k] += half * a[k] + kicks * push[k]
-        x[k] = 0.5 * half * (damped[k] + v[k])
+        x[k] = 0.5 * half * (begun + v[k])
     move_bodies(t)
     t.midway = 0 if stiff else 1
     accelerate(t)
