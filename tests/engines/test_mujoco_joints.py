@@ -287,3 +287,22 @@ def test_what_a_spring_or_servo_swings_in_contact_gains_no_energy(spring, what, 
         mujoco.mj_step(model, data)
         energies.append(stiffness * data.qpos[1] ** 2 + data.qvel[1] ** 2)
     assert 0.95 < max(energies[300:]) / max(energies[20:120]) < 1.001
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_motors_that_whirl_a_soft_arm_over_the_floor_do_not_run_away(seed):
+    """A substep for so slow a contact would be 10 rad: 1e22 rad/s and more, before. Natively it is 3e4 rad/s."""
+    soft = ContactPair(Material(1e4, 0.4, 1100.0), MATERIALS["steel"], friction=0.8, restitution=0.5)
+    model = load_model(
+        """<mujoco><option timestep="2e-3"/><worldbody><geom type="plane" size="1 1 .1"/>
+        <body pos="0 0 .2"><joint axis="0 0 1"/><geom size=".03" mass="1"/><body pos=".05 0 0"><joint axis="0 1 0"/>
+        <geom type="capsule" fromto="0 0 0 .2 0 0" size=".02" mass=".5"/><body pos=".2 0 0"><joint axis="1 1 0"/>
+        <geom type="capsule" fromto="0 0 0 .2 0 0" size=".02" mass=".2"/></body></body></body></worldbody></mujoco>""",
+        [("*", "*", soft)],
+    )
+    data = mujoco.MjData(model)
+    data.qpos[1] = 0.46
+    mujoco.mj_step(model, data)
+    data.qfrc_applied[:] = 1e4 * np.random.default_rng(seed).uniform(-1.0, 1.0, 3)
+    mujoco.mj_step(model, data)
+    assert 1e3 < np.abs(data.qvel).max() < 1e5

@@ -22,6 +22,7 @@ ELASTIC = 60.0  # substeps of an elastic impact in a crowd, at least: a column o
 ALIKE = 4.0  # equal contacts on one body, as the feet of a box, for which STABLE holds: h omega is 1 then, its limit 2
 LEAST_STEP = 1.0 / 3.0  # shortest step for which implicit steps are tried, in `resting_duration` of a contact
 MAX_SHORTENING = 4.0  # by which the length of substeps is divided for that, at most
+SUBSTEP_TURN = 0.1  # [rad] of a tree in a substep: accelerations that are held longer drive an arm to 1e30 rad/s
 MASS_TURN = 0.1  # [rad] by which a normal may turn in a substep before effective masses are computed anew
 
 
@@ -143,7 +144,14 @@ def longest_substep(w, c, a, b, substeps):
     if together > 0.0:
         longest = min(longest, sqrt(ALIKE / together) / STABLE)
     rate = decay(a) + (decay(b) if b.tree != a.tree else 0.0)
-    return longest if rate * longest <= LARGEST_LAG else max(LARGEST_LAG / rate, longest / MAX_SHORTENING)
+    longest = longest if rate * longest <= LARGEST_LAG else max(LARGEST_LAG / rate, longest / MAX_SHORTENING)
+    return min(longest, SUBSTEP_TURN / max(change_rate(a), change_rate(b), 1e-9))
+
+
+@jit_inside
+def change_rate(b):
+    """Return the rate [rad/s] at which the motion of a tree changes, see `records.TREE`; zero for a single body."""
+    return tree_at(b.tree, 0).change_rate if is_jointed(b) else 0.0
 
 
 @jit_inside

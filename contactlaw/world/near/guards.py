@@ -313,9 +313,16 @@ def may_exceed_limit(w, g, way):
     if path <= g.limit:
         return False
     if g.unlisted != 0:
-        _, low, high = separate(w, g, ZERO)
-        g.limit = max(g.limit, low - high + lead.moved - lead.lag)
+        new_gap(w, g)
     return path > g.limit
+
+
+@jit_inside
+def new_gap(w, g):
+    """Return the present gap [m] of two whole shapes of which no parts are listed; it gives their guard a new limit."""
+    _, low, high = separate(w, g, ZERO)
+    g.limit = max(g.limit, low - high + lead_of(w, g).moved - lead_of(w, g).lag)
+    return low - high
 
 
 @jit_inside

@@ -22,6 +22,7 @@ from contactlaw.world.near.guards import (
     gap_left,
     lead_of,
     may_exceed_limit,
+    new_gap,
     raise_listed_gap,
     separate,
     stays_open,
@@ -61,7 +62,7 @@ def find_passing(world):
         if g.lead == k:
             update_guard(w, g, w.step)
         g.separated = 1 if stayed_separated(w, g) else 0
-        if g.separated == 0 and lead.moved + w.step * max(lead.last_speed_now, lead.speed_now) > g.limit:
+        if g.separated == 0 and left_limit(w, g, lead, w.step * max(lead.last_speed_now, lead.speed_now)):
             deny(w, body_at(w.bodies, g.body_a))
             deny(w, body_at(w.bodies, g.body_b))
     found = True
@@ -81,6 +82,19 @@ def find_passing(world):
         b = body_at(w.bodies, i)
         if may_pass(b):
             tree_at(b.tree, 0).passes = PASSES
+
+
+@jit_inside
+def left_limit(w, g, lead, way):
+    """Return whether A may have left its guard's limit within the step; way: path [m] of its points in that, at most.
+
+    If no parts are listed, both shapes have stayed apart if that path is shorter than the sum of their gaps at both
+    ends.
+    """
+    if lead.moved + way <= g.limit:
+        return False
+    before = g.limit - (lead.moved - lead.last_move)
+    return g.unlisted == 0 or before <= 0.0 or before + new_gap(w, g) <= way
 
 
 @jit_inside
