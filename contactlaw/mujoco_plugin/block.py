@@ -16,7 +16,7 @@ from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_inside
 from contactlaw.laws.record import record
-from contactlaw.memory import doubles_at, element, load_int
+from contactlaw.memory import doubles_at, element, load_int, whole_at
 from contactlaw.mujoco_plugin.layout import data_at, record_at
 from contactlaw.world.data.records import VECTOR, Array, Arrays
 
@@ -154,6 +154,26 @@ def checksums(head):
 def last_state(head, before=0):
     """Return the address of the state of the last call of `compute`, or of that `before` calls before it."""
     return shifted(head.recent, (head.newest - before) % STARTS * (1 + head.nq + head.nv))
+
+
+@jit_inside
+def gather(head, source, first, target):
+    """Copy numbers of the model, at an address, to those of a tree; their places begin at `first` in `head.places`."""
+    for i in range(target.size):
+        target[i] = number(source, whole_at(head.places, first + i))
+
+
+@jit_inside
+def scatter(head, source, first, target):
+    """Copy numbers of a tree to those of the model, at an address; their places begin at `first` in `head.places`."""
+    for i in range(source.size):
+        doubles_at(shifted(target, whole_at(head.places, first + i)))[0] = source[i]
+
+
+@jit_inside
+def places_in(head, state):
+    """Return the addresses of coordinates and velocities in a state at an address."""
+    return shifted(state, 1), shifted(state, 1 + head.nq)
 
 
 def build(world: Arrays, fields: dict[str, Any]) -> int:

@@ -1,13 +1,26 @@
 """Where the shapes of a closed contact meet, which know their last overlap and normal."""
 
 from contactlaw.jit import jit_inline, jit_inside
+from contactlaw.world.data.access import contact_at, near_at, shape_at
 from contactlaw.world.data.call import ask_separation
 from contactlaw.world.data.kinds import BOX, EDGE, ELLIPSOID
 from contactlaw.world.data.quaternion import rotate
-from contactlaw.world.data.vec import add, dot, load, sub
+from contactlaw.world.data.vec import add, dot, load, norm, sub
 from contactlaw.world.shapes.core import set_back
-from contactlaw.world.shapes.geometry import BACK, SUNK, centre, half_axis, max_overlap, meet, overlap_of_cores
+from contactlaw.world.shapes.geometry import (
+    BACK,
+    LOST,
+    SUNK,
+    centre,
+    half_axis,
+    max_overlap,
+    meet,
+    meet_place,
+    overlap_of_cores,
+)
 from contactlaw.world.shapes.segments import clip
+
+SAME = 1e-3  # of the radius of shape A, up to which two places on a height field are one
 
 
 @jit_inline
@@ -48,3 +61,19 @@ def meet_sunk(c, sa, a, sb, b, found):
     if deeper > max(c.touch.overlap + c.initial_overlap, most) + a.next_path + b.next_path:
         return found
     return deeper, held, lowest, add(lowest, sub(load(a.position), load(b.position)))
+
+
+@jit_inside
+def meet_apart(w, p, a, b):
+    """Return `geometry.meet_place` of a closed contact; without overlap if an earlier pair has the same place.
+
+    Two places become one where a valley hardly is narrower than a ball.
+    """
+    overlap, n, arm_a, arm_b = meet_place(w, p, a, b)
+    radius = shape_at(w.shapes, p.a).radius
+    for i in range(p.first, p.first + p.places):
+        q = near_at(w.near, i)
+        earlier = q.closed != 0 and q.b < p.b
+        if earlier and norm(sub(arm_a, load(contact_at(w.contacts, q.slot).arm_a))) < SAME * radius:
+            overlap = min(overlap, -LOST * radius)
+    return overlap, n, arm_a, arm_b

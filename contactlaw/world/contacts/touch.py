@@ -12,7 +12,7 @@ from contactlaw.pair import DEEPEST
 from contactlaw.world.bodies.motion import JUMP, kick, moved_at, velocity_at
 from contactlaw.world.contacts import force
 from contactlaw.world.contacts.ends import damped_end, elastic_end
-from contactlaw.world.contacts.meeting import meet_contact
+from contactlaw.world.contacts.meeting import meet_apart, meet_contact
 from contactlaw.world.contacts.pace import MASS_TURN, radius_of, share_of, update_masses
 from contactlaw.world.contacts.rolling import moment_of, update_rolled
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, pair_at, shape_at
@@ -25,12 +25,10 @@ from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED, RESIZED
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub, tangent
 from contactlaw.world.shapes.geometry import (
     BACK,
-    LOST,
     is_ignored,
     lies_over_face,
     meet,
     meet_near,
-    meet_place,
     set_initial_overlap,
 )
 from contactlaw.world.trees.mobility import clear
@@ -38,7 +36,6 @@ from contactlaw.world.trees.mobility import clear
 # [rad] up to which the tangent turns by the first term of the series x, and is normalised by that of a root: its square
 # is then 1 - 3/4 x^4, which `state.UNIT` must allow
 SMALL_TURN = 1e-3
-SAME = 1e-3  # of the radius of shape A, up to which two places on a height field are one
 TOUCHING = 1e-10  # overlap or gap that counts as zero, over the effective radius
 
 
@@ -258,21 +255,6 @@ def turn_frame(c, n, twist):
     store(c.normal, n)
 
 
-@jit_inside
-def apart(w, p, arm, overlap):
-    """Return the overlap [m] of a contact that has one of several places; none if an earlier pair has the same one.
-
-    Two places become one where a valley hardly is narrower than a ball. arm: of the contact on A [m].
-    """
-    radius = shape_at(w.shapes, p.a).radius
-    for i in range(p.first, p.first + p.places):
-        q = near_at(w.near, i)
-        earlier = q.closed != 0 and q.b < p.b
-        if earlier and norm(sub(arm, load(contact_at(w.contacts, q.slot).arm_a))) < SAME * radius:
-            overlap = min(overlap, -LOST * radius)
-    return overlap
-
-
 @jit_inline
 def measure(w, c, a, b):
     """Update overlap, frame, arms and displacement of a contact after its bodies have moved.
@@ -282,8 +264,7 @@ def measure(w, c, a, b):
     """
     p = near_at(w.near, c.near)
     if p.places > 1:
-        overlap, n, arm_a, arm_b = meet_place(w, p, a, b)
-        overlap = apart(w, p, arm_a, overlap)
+        overlap, n, arm_a, arm_b = meet_apart(w, p, a, b)
     else:
         overlap, n, arm_a, arm_b = meet_contact(c, shape_at(w.shapes, c.shape_a), a, shape_at(w.shapes, c.shape_b), b)
     t, old = c.touch, load(c.normal)

@@ -7,7 +7,7 @@ from contactlaw import checks
 from contactlaw.world.data import kinds
 from contactlaw.world.data.frames import matrix_of, turn_to, unit_quaternion
 from contactlaw.world.data.records import Array
-from contactlaw.world.shapes import convex, disc, ellipsoid, height_field
+from contactlaw.world.shapes import convex, disc, ellipsoid, field_surface, height_field
 from contactlaw.world.shapes.geometry import PLACES
 from contactlaw.world.shapes.hulls import core_of
 from contactlaw.world.shapes.parts import Fields, parts_of
@@ -165,7 +165,7 @@ class Shapes:
             raise ValueError(f"heights: shape {own.shape}; must be (rows, columns), at least 2 each")
         if half.shape != (2,) or not half.min() > 0.0:
             raise ValueError(f"half_lengths = {half.tolist()}: must be two numbers > 0")
-        rows, top = height_field.table(own, half)
+        rows, top = field_surface.table(own, half)
         axes = matrix_of(unit_quaternion("quaternion", quaternion))
         made = self._placed(kinds.HEIGHT_FIELD, body, checks.vector("at", at) + top * axes[:, 2], axes)
         made |= {"half": np.array([*half, 0.0]), "normal": self._turn(body)[1] @ axes[:, 2], "heights": rows}

@@ -1,0 +1,231 @@
+"""Forces on the joints of a tree that follow the motion within a step: springs, servos, limits, equality constraints.
+
+A spring of stiffness k along a row J adds h/2 J^T k J to the damping, as its mean force in a step of h [s] is that at
+the mean of both ends: the force of the start, held, would give (k/m) h^2/2 of the energy in each step of a contact that
+lasts. So do springs of joints and tendons, and servos, actuators whose force falls with the length of what they move.
+
+Joint limits that the engine has found active are soft, and act in the world as in the engine. The force of such a
+constraint is f = D (a_ref - a), never less than zero, with a_ref = -B dr/dt - K I r, where r < 0 is the distance of the
+joint beyond its limit and a the acceleration of r (MuJoCo documentation, Computation, "Constraint model"). Since a =
+a_0 + A f, A = (M^-1)_kk, it changes by -D/(1 + D A) (K I dr + B d(dr/dt) + da_0). If the force were held constant, it
+would go on against a joint that a contact has turned back within the step, and would yield to an impact on a joint at
+its stop. A limit that becomes active after a contact acts from the engine's next step on, as in the engine.
+
+Equality constraints (welds, connects, joints) are soft too: the force along row J is D (a_ref - J a), with a_ref = -B J
+v - K I r. Within the step they act as in the engine. With
+
+    E = J^T D J        and        J^T D (B + h/2 K I) J        added to the damping
+
+the force is the engine's at the accelerations and velocities for which the engine found it, and answers to changes of
+both like a mass and a damper. r changes by h/2 J v in the mean over a step h. If the force were held constant, a weld
+would go on pushing a light hand with 20 times its weight after a contact has stopped the hand.
+"""
+
+from numba import types
+
+from contactlaw.memory import whole_at
+from contactlaw.mujoco_plugin import layout
+from contactlaw.mujoco_plugin.block import entry, floats, gather, last_state, number, places_in, spring_at
+from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
+from contactlaw.world.data.access import axis_at, joint_at
+from contactlaw.world.data.records import SLIDE
+from contactlaw.world.trees.dynamics import mobility_along, solve_ld, solve_lt
+from contactlaw.world.trees.kinematics import vector
+from contactlaw.world.trees.mobility import clear
+
+
+@jit
+def read_limits(head, j, t):
+    """Read the active joint limits of a tree; the other forces of the step are known."""
+    m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
+    first = d.ne + d.nf
+    answer, factor = vector(t.room, n), vector(t.factor, (n, n))
+    gather(head, head.given, j.v, answer)
+    solve_lt(t, factor, answer, n - 1, True)
+    solve_ld(t, factor, answer)
+    for row in range(first, first + d.nl):
+        joint, force = entry(d.efc_id, row), number(d.efc_force, row)
+        if entry(d.efc_type, row) != layout.JOINT_LIMIT or entry(m.jnt_type, joint) < SLIDE or force <= 0.0:
+            continue
+        place, coordinate = entry(m.jnt_dofadr, joint), entry(m.jnt_qposadr, joint)
+        if whole_at(head.places, head.nv + place) != j.tree:
+            continue
+        k = whole_at(head.places, place)
+        axis, ends, reference = axis_at(t.axes, k), floats(m.jnt_range, 2 * joint, 2), floats(d.efc_KBIP, 4 * row, 3)
+        q, v = number(last_state(head), 1 + coordinate), number(last_state(head), 1 + head.nq + place)
+        beyond, weight = number(d.efc_pos, row), number(d.efc_D, row)
+        r = beyond - number(d.efc_margin, row)
+        side = 1.0 if abs(q - ends[0] - beyond) < abs(ends[1] - q - beyond) else -1.0
+        weight /= 1.0 + weight * mobility_along(t, k)
+        axis.side, axis.weight = side, weight
+        axis.edge = side * q - r
+        axis.stiffness, axis.resistance = weight * reference[0] * reference[2], weight * reference[1]
+        axis.hold = force + axis.stiffness * r + axis.resistance * side * v + weight * side * answer[k]
+        vector(t.f, n)[k] -= side * force
+
+
+@jit
+def read_springs(head, j, t):
+    """Add springs and servos to f, D and the part of D that is theirs; v: velocities at the start of the step.
+
+    A servo whose force, or that on its joint, is at its limit or zero is none: no position moves it, or it is disabled.
+    """
+    m, d, x = model_at(head.model, 0), data_at(head.data, 0), vector(t.x, t.v_size)
+    if m.opt.disableflags & layout.NO_SPRING == 0:
+        for k in range(t.v_size):
+            stiffness = number(m.jnt_stiffness, entry(m.dof_jntid, whole_at(head.places, j.v + k)))
+            if stiffness > 0.0:
+                clear(x)
+                x[k] = 1.0
+                add_spring(head, t, k, stiffness)
+    for i in range(j.first_spring, j.first_spring + j.spring_count):
+        s = spring_at(head.springs, i)
+        if s.actuator < 0:
+            read_tendon(head, j, t, s.row)
+            continue
+        force, stiffness = number(d.actuator_force, s.row), -number(m.actuator_biasprm, layout.BIAS * s.actuator + 1)
+        if force == 0.0 or not stiffness > 0.0 or at_limit(force, floats(m.actuator_forcerange, 2 * s.actuator, 2)):
+            continue
+        first, count = entry(d.moment_rowadr, s.row), entry(d.moment_rownnz, s.row)
+        last = read_row(head, j, t, floats(d.actuator_moment, first, count), entries(d.moment_colind, first))
+        k = last
+        while k >= 0:
+            v = whole_at(head.places, j.v + k)
+            limits = floats(m.jnt_actfrcrange, 2 * entry(m.dof_jntid, v), 2)
+            if at_limit(number(d.qfrc_actuator, v), limits):
+                x[k] = 0.0
+            k = axis_at(t.axes, k).parent
+        add_spring(head, t, last, stiffness)
+
+
+@jit
+def at_limit(force, ends):
+    """Return whether a force is at an end of its range; a range without width is none."""
+    return ends[0] < ends[1] and not ends[0] < force < ends[1]
+
+
+@jit
+def add_spring(head, t, last, stiffness):
+    """Add a spring along the row x, whose last axis is given, to f, D and `springs`."""
+    n, step = t.v_size, head.step_size
+    f, v, x = vector(t.f, n), vector(t.v, n), vector(t.x, n)
+    damping, springs = vector(t.d, (n, n)), vector(t.springs, (n, n))
+    ahead = 0.5 if head.start == last_state(head) else -0.5  # steps from where forces were evaluated to the middle
+    speed, k = 0.0, last
+    while k >= 0:
+        speed += x[k] * v[k]
+        k = axis_at(t.axes, k).parent
+    k = last
+    while k >= 0:
+        p, other, pull = axis_at(t.axes, k).depth, k, step * stiffness * x[k]
+        f[k] -= ahead * pull * speed
+        while other >= 0 and pull != 0.0:
+            part = 0.5 * pull * x[other]
+            springs[k, p] += part
+            damping[k, p] += part
+            t.coupled = 1 if other != k and part != 0.0 else t.coupled
+            p, other = p - 1, axis_at(t.axes, other).parent
+        k = axis_at(t.axes, k).parent
+
+
+def read_tendon_spring(head, j, t, tendon):
+    """Add the spring of a tendon, unless it is slack."""
+    m, d = model_at(head.model, 0), data_at(head.data, 0)
+    length, slack = number(d.ten_length, tendon), floats(m.tendon_lengthspring, 2 * tendon, 2)
+    stiffness = number(m.tendon_stiffness, tendon)
+    if m.opt.disableflags & layout.NO_SPRING == 0 and stiffness > 0.0 and not slack[0] <= length <= slack[1]:
+        first, count = entry(m.ten_J_rowadr, tendon), entry(m.ten_J_rownnz, tendon)
+        last = read_row(head, j, t, floats(d.ten_J, first, count), entries(m.ten_J_colind, first))
+        add_spring(head, t, last, stiffness)
+
+
+read_tendon = jit(read_tendon_spring if layout.TENDON_ROWS else lambda head, j, t, tendon: None)
+
+
+@jit
+def entries(address, first):
+    """Return the address of element `first` of an array of C int."""
+    return types.uintp(address) + types.uintp(4 * first)
+
+
+@jit
+def read_equalities(head, j, t):
+    """Read the equality constraints of a tree into E, D and f; f and D hold the other forces."""
+    d, n = data_at(head.data, 0), t.v_size
+    inertia, damping, row = vector(t.e, (n, n)), vector(t.d, (n, n)), vector(t.x, n)
+    f, v, a = vector(t.f, n), vector(t.v_f, n), vector(t.room, n)
+    gather(head, d.qacc, j.v, a)
+    for k in range(n):
+        clear(inertia[k])
+    sparse = d.nJ != d.nefc * head.nv  # a sparse Jacobian without zeros has the order of a dense one
+    for i in range(d.ne):
+        first = entry(d.efc_J_rowadr, i) if sparse else i * head.nv
+        values = floats(d.efc_J, first, entry(d.efc_J_rownnz, i) if sparse else head.nv)
+        last = read_row(head, j, t, values, entries(d.efc_J_colind, first) if sparse else types.uintp(0))
+        reference, weight = floats(d.efc_KBIP, 4 * i, 3), number(d.efc_D, i)
+        spring = 0.5 * head.step_size * weight * reference[0] * reference[2]
+        k, push = last, 0.0
+        while k >= 0:
+            push += row[k] * (weight * a[k] - spring * v[k])
+            k = axis_at(t.axes, k).parent
+        t.coupled, k = 1 if last >= 0 else t.coupled, last
+        while k >= 0:
+            f[k] += push * row[k]
+            p, other = axis_at(t.axes, k).depth, k
+            while other >= 0:
+                inertia[k, p] += weight * row[k] * row[other]
+                damping[k, p] += (weight * reference[1] + spring) * row[k] * row[other]
+                p, other = p - 1, axis_at(t.axes, other).parent
+            k = axis_at(t.axes, k).parent
+
+
+@jit
+def read_row(head, j, t, values, columns):
+    """Write a row of a Jacobian of the engine into x; return its last axis, -1 if it is not of this tree.
+
+    columns: address of the numbers of the velocities that its values belong to; 0: they are all.
+    """
+    x = vector(t.x, t.v_size)
+    clear(x)
+    last, left = -1, 0
+    for i in range(values.size):
+        column = entry(columns, i) if columns != types.uintp(0) else i
+        if values[i] != 0.0:
+            if whole_at(head.places, head.nv + column) != j.tree:
+                return -1
+            k = whole_at(head.places, column)
+            x[k] = values[i]
+            last, left = max(last, k), left + 1
+    k = last
+    while k >= 0:
+        left -= 1 if x[k] != 0.0 else 0
+        k = axis_at(t.axes, k).parent
+    return last if left == 0 else -1
+
+
+@jit
+def move_springs(head, j, t):
+    """Set the forces of springs and servos to those at the end of the step, and leave them out of D.
+
+    So the engine evaluates them; what turns by a quaternion counts as turned by its velocity.
+    """
+    n, q, x = t.v_size, vector(t.q, t.q_size), vector(t.x, t.v_size)
+    f, v, v_f = vector(t.f, n), vector(t.v, n), vector(t.v_f, n)
+    damping, springs = vector(t.d, (n, n)), vector(t.springs, (n, n))
+    before, start = vector(t.room, t.q_size), places_in(head, head.start)
+    gather(head, start[0], j.q, before)
+    for k in range(n):
+        x[k] = v_f[k] - 2.0 * v[k]
+    for i in range(t.joint_count):
+        joint = joint_at(t.joints, i)
+        if joint.kind >= SLIDE:
+            k = joint.first_q
+            x[joint.first_axis] = v_f[joint.first_axis] - 2.0 / head.step_size * (q[k] - before[k])
+    for k in range(n):
+        i, p = k, axis_at(t.axes, k).depth
+        while i >= 0:
+            spring = springs[k, p]
+            f[k] += spring * x[i]
+            f[i] += spring * x[k] if i != k else 0.0
+            damping[k, p] -= spring
+            i, p = axis_at(t.axes, i).parent, p - 1

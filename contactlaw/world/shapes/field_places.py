@@ -1,0 +1,205 @@
+"""Where else a ball, a side or an edge touches a height field: local minima of the distance.
+
+A ball wider than a valley touches both flanks: each contact is a local minimum of the distance from its centre. The
+side of a capsule or a cylinder, or an edge, of half axis u and radius r(s), lies on ridges at the minima over s of
+
+    D(c + s u) - r(s)               slope n.u - r'               growth u.B (1 + D B)^-1 u - r''
+
+with B the curvature of the surface at the foot of c + s u, positive on ridges (the Hessian of a distance). As an edge
+on a core (`core.set_back`) it is set back, so that ends and corners carry where they can.
+"""
+
+from math import ceil, floor
+
+from contactlaw.jit import jit_inside
+from contactlaw.memory import doubles_at
+from contactlaw.world.data.kinds import SIDE
+from contactlaw.world.data.records import NEVER
+from contactlaw.world.data.vec import ZERO, axpy, dot, load, norm, scale, sub, to_world
+from contactlaw.world.shapes.core import CROWN, set_back
+from contactlaw.world.shapes.disc import dimensions
+from contactlaw.world.shapes.field_surface import (
+    NEWTON,
+    SAMPLES,
+    curvatures,
+    descend,
+    distance,
+    nearest,
+    normal,
+    start,
+    surface,
+    within,
+)
+from contactlaw.world.shapes.geometry import FOLLOW
+from contactlaw.world.shapes.segments import clip
+
+NEAREST = -2  # instead of a number of contacts that there are: one place only is sought
+ALIGNED = 1e-12  # of a line's half length, to which a place on it is found
+SAMPLES_A_CELL = 2.0  # places along a line among which its minima are sought; SAMPLES of them at most
+FINE = 2.5  # places a radius away from a ball's centre, at least, among which minima are sought
+STRAIGHT = 1e-9  # of a distance, by which the height over the tangent plane at its foot may be less
+APART = 0.05  # [rad] between normals, or of a line's half length, from which two minima are different ones
+WITHIN = 1.5  # of a ball's radius, or the least distance found so far, up to which places are of interest
+WIDE = 0.2  # [rad] by which the normal of a followed contact may turn at once
+
+
+@jit_inside
+def is_new(at, n, others):
+    """Return whether a place along a line and its normal are those of none of others: how many, places, normals."""
+    held, places, normals = others
+    out = True
+    for i in range(held):
+        out = out and max(abs(at - places[i]), norm(sub(n, normals[i]))) > APART
+    return out
+
+
+@jit_inside
+def is_nearest(s, c, x, y, far):
+    """Return whether a point c, at a height [m] over the tangent plane at x, y, is straight above x, y.
+
+    It is not where an iteration has not converged, nor where x, y is on the far side of a ridge, seen from within.
+    """
+    h, _, _ = surface(s, x, y)
+    return far >= (1.0 - STRAIGHT) * norm((c[0] - x, c[1] - y, c[2] - h))
+
+
+@jit_inside
+def net(x, radius, half, count):
+    """Return first coordinate, width [m] and number of places around x among which minima are sought.
+
+    They include grid points and the middles between these, or some if there are too many; count: of grid points.
+    """
+    density = (count - 1.0) / half
+    density *= max(ceil(FINE / (density * radius)), 1.0)
+    width = (1.0 + floor(2.0 * radius * density / SAMPLES)) / density
+    first = floor((x - radius + half) * density) / density - half
+    return first, width, int((x + radius - first) / width) + 2
+
+
+@jit_inside
+def minimum_within(s, c, x, y, near):
+    """Return whether a step of Newton's method from x, y leads near a minimum of the distance, not above a given one.
+
+    near: greatest step [m], greatest distance [m].
+    """
+    width, most = near
+    h, slopes, bends = surface(s, x, y)
+    d = h - c[2]
+    g, k = (x - c[0] + d * slopes[0], y - c[1] + d * slopes[1]), scale(d, bends)
+    xx, yy, xy = 1.0 + slopes[0] ** 2 + k[0], 1.0 + slopes[1] ** 2 + k[2], slopes[0] * slopes[1] + k[1]
+    determinant = xx * yy - xy * xy
+    step = yy * g[0] - xy * g[1], xx * g[1] - xy * g[0]
+    if xx <= 0.0 or determinant <= 0.0 or max(abs(step[0]), abs(step[1])) > width * determinant:
+        return False
+    square = (x - c[0]) ** 2 + (y - c[1]) ** 2 + d * d
+    return square - (g[0] * step[0] + g[1] * step[1]) / determinant <= most * most
+
+
+@jit_inside
+def other_foot(s, c, radius, others):
+    """Return the foot x, y of a ball in a given place, and whether there is one; others: see `meet_beside`."""
+    held, _, normals = others
+    if held == FOLLOW:
+        was = axpy(-radius, normals[0], c)
+        x, y = descend(s, c, was[0], was[1])
+        far, n = distance(s, c, x, y)
+        return x, y, is_nearest(s, c, x, y, far) and norm(sub(n, normals[0])) <= WIDE
+    x, y = nearest(s, c)
+    if held == NEAREST:
+        return x, y, True
+    far, n = distance(s, c, x, y)
+    found = is_new(0.0, n, others)
+    points, best = doubles_at(s.points), far if found and is_nearest(s, c, x, y, far) else NEVER
+    (p, dx, columns), (q, dy, rows) = net(c[0], radius, s.half[0], points[0]), net(c[1], radius, s.half[1], points[1])
+    for k in range(columns * rows):
+        u, v = p + dx * (k % columns), q + dy * (k // columns)
+        near = 2.0 * max(dx, dy), WITHIN * min(best, radius)
+        if abs(u) > s.half[0] or abs(v) > s.half[1] or not minimum_within(s, c, u, v, near):
+            continue
+        u, v = descend(s, c, u, v)
+        far, n = distance(s, c, u, v)
+        if far < best and is_nearest(s, c, u, v, far) and is_new(0.0, n, others):
+            best, x, y, found = far, u, v, True
+    return x, y, found
+
+
+@jit_inside
+def line_of(s, b):
+    """Return the half axis of a side or an edge, world frame, and its radius [m]."""
+    if s.kind != SIDE:
+        return to_world(b.axes, load(s.half)), s.radius
+    out, _, along = dimensions(s)
+    return to_world(b.axes, scale(along, load(s.normal))), out + s.radius * (1.0 - 2.0 * CROWN)
+
+
+@jit_inside
+def growth(s, x, y, far, n, u):
+    """Return the second derivative of the distance along u, of a point at a distance `far` [m] from its foot x, y."""
+    _, slopes, bends = surface(s, x, y)
+    tt, tf, ff, t, f = curvatures(slopes, bends, n)
+    p, q, det = dot(u, t), dot(u, f), tt * ff - tf * tf
+    grows = p * p * tt + 2.0 * p * q * tf + q * q * ff + far * det * (p * p + q * q)
+    return grows / (1.0 + far * (tt + ff) + far * far * det)
+
+
+@jit_inside
+def place_of(arm, from_a, axis):
+    """Return the place along a half axis of the point at an arm from A's centre of mass [m]; 0 of a ball."""
+    return clip(dot(sub(arm, from_a), axis) / max(dot(axis, axis), 1e-300))
+
+
+@jit_inside
+def lowest_on_line(s, sa, line, at, wide, foot):
+    """Find a minimum of D + c along a line near a place: Newton's method, guarded by bisection.
+
+    line: middle and half axis in the field's frame [m]. wide: places on both sides between which it must be. foot: x, y
+    to start from. Returns the place, D, the normal, and whether it is a minimum.
+    """
+    c, u = line
+    low, high, first = at - wide, at + wide, at
+    far, n, (x, y) = 0.0, ZERO, foot
+    for _ in range(NEWTON):
+        p = axpy(at, u, c)
+        x, y = descend(s, p, x, y)
+        far, n = distance(s, p, x, y)
+        _, falls, bends = set_back(sa, u, at)
+        value, grows = dot(n, u) + falls, growth(s, x, y, far, n, u) + bends
+        if value > 0.0:
+            high = at
+        else:
+            low = at
+        new = clip(at - value / grows) if grows > 0.0 else high
+        if not low < new < high:
+            new = clip(0.5 * (low + high))
+        if abs(new - at) <= ALIGNED:
+            break
+        at = new
+    return at, far, n, abs(at) == 1.0 or abs(at - first) < 0.99 * wide
+
+
+@jit_inside
+def other_place(s, sa, line, radius, others):
+    """Return the place of a line on the field, D, the normal, and whether there is one; others: see `meet_beside`."""
+    (c, u), (held, places, normals) = line, others
+    points = doubles_at(s.points)
+    density = 0.5 * max((points[0] - 1.0) / s.half[0], (points[1] - 1.0) / s.half[1])
+    count = min(int(2.0 * SAMPLES_A_CELL * density * norm(u)) + 2, SAMPLES)
+    wide, place, found = 3.0 / count, places[0], False
+    if held == FOLLOW:
+        p = axpy(-radius, normals[0], axpy(place, u, c))
+        return lowest_on_line(s, sa, line, place, wide, (p[0], p[1]))
+    best, far, n, last, before = NEVER, 0.0, (0.0, 0.0, 1.0), NEVER, NEVER
+    for i in range(count + 2):
+        at, value = 2.0 * i / count - 1.0, NEVER
+        if i <= count:
+            p = axpy(at, u, c)
+            h, slopes, _ = surface(s, within(p[0], s.half[0]), within(p[1], s.half[1]))
+            value = (p[2] - h) * normal(slopes)[2] + set_back(sa, u, at)[0]
+        if last <= value and last < before:
+            p = axpy(at - 2.0 / count, u, c)
+            at, d, m, minimum = lowest_on_line(s, sa, line, at - 2.0 / count, wide, start(s, p))
+            less = d + set_back(sa, u, at)[0]
+            if (minimum or held <= 0) and less < best and is_new(at, m, others):
+                best, place, far, n, found = less, at, d, m, True
+        last, before = value, last
+    return place, far, n, found
