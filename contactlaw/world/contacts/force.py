@@ -6,7 +6,7 @@ from contactlaw.jit import jit_inline, jit_inside
 from contactlaw.laws import rolling, speeds, torsion
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import LASTING, OPEN, PAIR_SIZE, SPUN, ask_energy, ask_stiffness
-from contactlaw.laws.slip import stuck_stiffness
+from contactlaw.laws.slip import AT_LIMIT, stuck_stiffness
 from contactlaw.laws.step import ask, press
 from contactlaw.world.bodies.motion import max_inverse_inertia, spin_change
 from contactlaw.world.data.access import body_at, pair_at
@@ -19,6 +19,7 @@ from contactlaw.world.data.vec import dot, load, sub
 
 PROBE = 1e-4  # displacement for the slopes of a law by finite differences, over the overlap
 DAMPING = 0.3  # damping ratio of the tangential dashpot, see `has_dashpot`
+PARALLEL = 1e-9  # sine of the angle between slip velocity and friction force up to which they count as parallel
 FULL = 1.0 - 1e-3  # share of mu P from which a friction force counts as the limit
 ROUNDING = 1e-12  # twist about the normal that counts as zero, over the rotations of both bodies
 
@@ -169,7 +170,13 @@ def dashpot_of(t):
 
 @jit_inside
 def add_dashpot(t, u, v):
-    """Add the force of the tangential dashpot, within the friction cone; u, v: slip velocity [m/s]."""
+    """Add the force of the tangential dashpot, within the friction cone; u, v: slip velocity [m/s].
+
+    In a straight slide at the limit it changes nothing, and is not computed.
+    """
+    slides = t.f * t.f + t.g * t.g >= AT_LIMIT * (t.friction * t.force) ** 2
+    if slides and abs(t.f * v - t.g * u) <= PARALLEL * (t.f * u + t.g * v):
+        return
     drag = dashpot_of(t)
     t.f += drag * u
     t.g += drag * v
