@@ -110,13 +110,24 @@ def slopes(w, c, slot, moved, slide, stage):
 
     These are dP, dF and dG by the overlap, dF and dG by the first displacement, by the second [N/m], and that of the
     moment by the angle [N m]. Rates change with displacements: by 1/stage [1/s] of theirs. moved, slide: as for
-    `advance_from_saved`. They are finite differences.
+    `advance_from_saved`.
+
+    A contact that has slid further than its springs yield has the friction force mu P along its displacement: its
+    slopes follow without the law. Otherwise they are finite differences.
     """
     t = c.touch
     f, g, m, overlap, closing, force = t.f, t.g, c.torsion.moment, t.overlap, t.closing, t.force
     way = PROBE * overlap
     more, (du, dv, angle), (u, v, spin) = way / stage, moved, slide
     t.overlap, t.closing = overlap + way, closing + more
+    yielding, slid = slide_to_slip(t), sqrt(du * du + dv * dv)
+    if c.torsion.span == 0.0 and slid > yielding and slips_fully(t):
+        press(t, law_of(w, pair_at(w.pairs, c.pair)), 0.0, 0.0)
+        t.overlap, t.closing = overlap, closing
+        normal, size = (t.force - force) / way, 1.0 / sqrt(f * f + g * g)
+        x, y, across = size * f, size * g, t.friction * force / (slid + yielding)
+        limit = t.friction * normal
+        return normal, limit * x, limit * y, across * y * y, -across * x * y, -across * x * y, across * x * x, 0.0
     fp, gp, _ = advance_from_saved(w, c, slot, moved, slide)
     normal = (t.force - force) / way
     t.overlap, t.closing = overlap, closing
