@@ -64,7 +64,7 @@ def move_world(head, w, state):
 
     Returns ASLEEP if all bodies go on sleeping; EDITED, before any step, if the model of a calm world has been edited.
     """
-    m, w.step, w.brief = model_at(head.model, 0), head.step_size, 0
+    m, w.step, w.age, w.brief = model_at(head.model, 0), head.step_size, 0, 0
     head.lag = 0.0 if m.opt.integrator == layout.RUNGE_KUTTA else 0.5 * m.opt.timestep
     store(head.gravity, (0.0, 0.0, 0.0) if m.opt.disableflags & layout.NO_GRAVITY else load(m.opt.gravity))
     known, start = head.mocap_count == 0 and w.stale != 0, head.start

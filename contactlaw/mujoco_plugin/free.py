@@ -20,6 +20,7 @@ from contactlaw.world.bodies.motion import set_axes, spin_after, spin_rate, upda
 from contactlaw.world.contacts.force import is_quasi_static
 from contactlaw.world.data.access import body_at, world_at
 from contactlaw.world.data.quaternion import load4, product, store4, turn_by
+from contactlaw.world.data.records import AGED
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, share_of, store, sub
 from contactlaw.world.shapes.geometry import meet_near
 
@@ -121,8 +122,8 @@ def read_free(head, f, known):
     if same and b.asleep != 0 and b.touched == 0:
         return
     placed = not (known or same)
-    if b.oriented != 0:  # the rounding of its flight depends on which pairs are near: they must be those of now
-        w.stale, w.brief = 1, 1
+    if b.oriented != 0:  # the rounding of its flight depends on when its near pairs are predicted
+        w.age, w.stale = AGED, max(w.stale, f.unguarded)
     if placed:
         w.stale = 1
         b.placed = 1

@@ -27,7 +27,7 @@ from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.data.demand import STEP, supply
 from contactlaw.world.data.frames import IDENTITY, Pose
-from contactlaw.world.data.kinds import EDGE
+from contactlaw.world.data.kinds import CORNER, EDGE
 from contactlaw.world.data.records import Arrays
 from contactlaw.world.state import size as state_size
 from contactlaw.world.trees.tree_records import TreeRecords
@@ -132,7 +132,9 @@ class Model:
         leader = self._contacts[0].number
         senses, listed = sensors.rows_of(m, dict.fromkeys(instances(m), -1) | own)
         watch, values = self._watched()
-        geoms = self._geom_of_shape
+        geoms, shapes = self._geom_of_shape, a.shapes
+        loose = set(shapes["body"][shapes["kind"] < CORNER].tolist())
+        frees = [free | {"unguarded": free["body"] in loose} for free in self._frees]
         supply(STEP)
         return build(a, {
             "report": report, "body_count": m.nbody, "nq": nq, "nv": nv,
@@ -140,7 +142,7 @@ class Model:
             "signature": layout.hash_of(repr(sizes).encode()),
             "content": layout.hash_of(m.plugin_attr.tobytes() + values.tobytes()),
             "recent": np.zeros(STARTS * (1 + nq + nv)), "left": np.zeros(1 + nq + 2 * nv), "given": np.zeros(nv),
-            "frees": with_rows(np.zeros(0, FREE), self._frees), "free_count": len(self._frees),
+            "frees": with_rows(np.zeros(0, FREE), frees), "free_count": len(frees),
             "mocaps": with_rows(np.zeros(0, MOCAP), self._mocaps), "mocap_count": len(self._mocaps),
             "trees": with_rows(np.zeros(0, JOINTED), self._trees), "tree_count": len(self._trees),
             "springs": with_rows(np.zeros(0, SPRING), self._spring_rows),

@@ -26,7 +26,7 @@ from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at,
 from contactlaw.world.data.call import address, call_on_world, call_step, error_pending, ready
 from contactlaw.world.data.demand import IMPLICIT, STEP
 from contactlaw.world.data.kinds import TANGENT
-from contactlaw.world.data.records import ASKED, BOUNDED, DENIED, MEASURED, NEVER, PARTED, PASSES, TWIST_ALWAYS
+from contactlaw.world.data.records import AGED, ASKED, BOUNDED, DENIED, MEASURED, NEVER, PARTED, PASSES, TWIST_ALWAYS
 from contactlaw.world.data.vec import load, store
 from contactlaw.world.island import integrate
 from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, gap_left, stays_open, update_guard
@@ -36,6 +36,8 @@ from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.sleep import is_disturbed, wake, wake_body
 from contactlaw.world.window import (
     activate,
+    all_open_for_sure,
+    list_anew,
     list_islands,
     plan_window,
     predict_all,
@@ -168,16 +170,23 @@ def finish(w, dt):
     """Integrate from window to window to the end of the step that `begin` has prepared, dt [s].
 
     Islands of persistent contacts are tried with an implicit step first, if the step is long beside an impact. Where
-    nothing is closed the next window begins at the next time of impact.
+    nothing is closed the next window begins at the next time of impact. A list of an earlier step serves where all
+    that it leaves open stays open for sure.
     """
     now = 0.0
+    if w.age == AGED and not all_open_for_sure(w):
+        list_anew(w)
     while now < dt:
         if w.stale != 0:
             list_near(w)
         first = predict_all(w, now, dt)
         if now == 0.0 and take_implicit_steps(w):
             first = predict_all(w, now, dt)
+            w.age = min(w.age, AGED)
         shortest, window = plan_window(w)
+        if w.age == AGED and min(first, shortest) < NEVER:
+            list_anew(w)
+            first = predict_all(w, now, dt)
         if shortest == NEVER:
             if first >= dt:
                 break

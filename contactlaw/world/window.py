@@ -14,11 +14,12 @@ from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.bodies.bounds import time_to_close
 from contactlaw.world.bodies.motion import fly, mobility_bound
 from contactlaw.world.contacts.pace import closing_speed, contact_duration, touch_duration
-from contactlaw.world.data.access import body_at, contact_at, near_at, tree_at
+from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, tree_at
 from contactlaw.world.data.call import call_with_body
-from contactlaw.world.data.records import NEVER
+from contactlaw.world.data.records import FRESH, NEVER
 from contactlaw.world.data.vec import load, norm, sub
-from contactlaw.world.near.guards import closing_bound, stays_open
+from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, is_open_for_sure, path_bound, stays_open
+from contactlaw.world.near.listing import list_near, may_leave_margin
 from contactlaw.world.near.time_of_impact import find_gap, predict
 
 DELTA_V_MARGIN = 1.5  # margin on the change of velocity by impacts, over that of an elastic impact of free bodies
@@ -42,7 +43,7 @@ def predict_all(w, now, step):
         if p.closed != 0 or is_left_out(a, b):
             continue
         if a.changed != 0 or b.changed != 0 or p.toi <= now:
-            if stays_open(w, p, step, 0.0):
+            if remains_open(w, p, now, step, 0.0):
                 p.toi, p.checked = NEVER, -1.0
             else:
                 predict(w, p, max(flight_start(a), flight_start(b)))
@@ -53,6 +54,15 @@ def predict_all(w, now, step):
     for n in range(w.near_body_count):
         body_at(w.bodies, whole_at(w.near_bodies, n)).changed = 0
     return first
+
+
+@jit_inside
+def remains_open(w, p, now, until, more):
+    """Return `guards.stays_open` of a near pair until a time of the step [s]; more: distance [m] to allow for.
+
+    If the list must not show its age, a pair in doubt is measured at the start of the step.
+    """
+    return stays_open(w, p, until, more) or (w.age != 0 and now == 0.0 and is_open_for_sure(w, p, until, more))
 
 
 @jit_inside
@@ -152,7 +162,7 @@ def may_close(w, p, now, until):
         return False
     gained = a.delta_v + b.delta_v
     if p.checked != now:
-        if stays_open(w, p, until, length * DELTA_V_MARGIN * gained):
+        if remains_open(w, p, now, until, length * DELTA_V_MARGIN * gained):
             return False
         if joins_nothing(w, p, a, b, length):
             return True
@@ -175,6 +185,48 @@ def joins_nothing(w, p, a, b, length):
     p.acceleration = norm(sub(load(a.acceleration), load(b.acceleration)))
     for_a, for_b = gain_bounds(w, p, a, b, length)
     return for_a <= a.delta_v and for_b <= b.delta_v
+
+
+@jit_inside
+def reaches_unlisted(w, time):
+    """Return whether impacts could bring a body to what is not listed, within a time [s] from the step's start on."""
+    for n in range(w.near_body_count):
+        b = body_at(w.bodies, whole_at(w.near_bodies, n))
+        if b.delta_v > 0.0 and may_leave_margin(b, time, DELTA_V_MARGIN * b.delta_v):
+            return True
+    for k in range(w.guard_count):
+        g = guard_at(w.guards, k)
+        gained = body_at(w.bodies, g.body_a).delta_v + body_at(w.bodies, g.body_b).delta_v
+        if gained > 0.0 and path_bound(w, g, time) + time * DELTA_V_MARGIN * gained > g.limit:
+            return True
+    return False
+
+
+@jit_inside
+def list_anew(w):
+    """List near pairs at the start of a step, as if all that is known of their bodies were from this step."""
+    list_near(w)
+    for i in range(w.body_count):
+        body_at(w.bodies, i).changed = 1
+    any_guard_exceeded(w, w.step, 0.0)
+    w.age = FRESH
+
+
+@jit_inside
+def all_open_for_sure(w):
+    """Return whether no open pair can close within the step in free flight, by bounds or measurements alone.
+
+    Pairs that an earlier list has left out cannot close either: what is left of both margins is more than the sum of
+    both ways, see `listing.may_leave_margin`. That does not follow from `relative.relative_speed`, which may be above
+    the sum of both `guards.surface_speed`, as the frame of B turns. A new list may hold such a pair and predict it, but
+    on copies: as long as it is not about to touch, no flight is cut, see `shortest_new_impact`.
+    """
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        left_out = is_left_out(body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
+        if p.closed == 0 and not left_out and not is_open_for_sure(w, p, w.step, 0.0):
+            return False
+    return True
 
 
 @jit_inside

@@ -8,6 +8,9 @@ from mujoco_scenes import WHOLE, mujoco, state_of, steel_pair
 
 from contactlaw import MATERIALS, ContactPair
 from contactlaw.mujoco_plugin import load_model
+from contactlaw.mujoco_plugin.block import HEAD
+from contactlaw.mujoco_plugin.layout import record_at
+from contactlaw.world.data.records import WORLD
 from sims.heap import poured
 from sims.scene import Settings
 
@@ -96,14 +99,17 @@ def test_bodies_off_their_centres_set_back_at_any_step_go_on_to_the_bit(bodies, 
 
 
 @pytest.mark.parametrize("floor", ["type='plane' size='5 5 1'", "type='box' size='5 5 .1' pos='0 0 -.1'"])
-def test_a_box_that_slides_goes_on_to_the_bit(floor):
+def test_a_box_that_slides_keeps_its_list_of_near_pairs_and_goes_on_to_the_bit_without_it(floor):
     model = law_for("<body pos='0 0 .02'><freejoint/><geom type='box' size='.03 .02 .02' mass='1'/></body>", floor)
     data, saved = mujoco.MjData(model), []
     mujoco.mj_step(model, data, 300)
     data.qvel[:] = [0.5, 0.1, 0.0, 0.0, 0.0, 1.0]
+    world = record_at(int(record_at(int(data.plugin_data[0]), HEAD, 1)["world"][0]), WORLD, 1)
+    before = int(world["lists"][0])
     for _ in range(60):
         saved.append(state_of(model, data))
         mujoco.mj_step(model, data)
+    assert int(world["lists"][0]) - before < 30  # one in each step, before they were kept
     goes_on_from_all(model, saved, 10)
 
 

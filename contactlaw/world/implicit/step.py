@@ -24,7 +24,7 @@ from contactlaw.world.contacts.touch import add_work, end_contact, force_of
 from contactlaw.world.data.access import body_at, contact_at, near_at, row_at, tree_at
 from contactlaw.world.data.call import call_with_body
 from contactlaw.world.data.quaternion import load4, product, rotation_vector
-from contactlaw.world.data.records import NEVER, PAUSE_LIMIT
+from contactlaw.world.data.records import AGED, NEVER, PAUSE_LIMIT
 from contactlaw.world.data.saved import (
     copy_numbers,
     restore_body,
@@ -59,7 +59,7 @@ from contactlaw.world.implicit.newton import add_stiffness, begin_matrix, begin_
 from contactlaw.world.island import list_bodies, list_pairs
 from contactlaw.world.sleep import fall_asleep, wake
 from contactlaw.world.trees.kinematics import vector
-from contactlaw.world.window import activate, list_islands
+from contactlaw.world.window import activate, list_anew, list_islands, predict_all, reaches_unlisted
 
 GAMMA = 1.0 - sqrt(0.5)  # length of a stage, as a share of the step
 MAX_ITERATIONS = 25  # of Newton's method in a stage
@@ -70,8 +70,13 @@ CONTRACTION = 0.1  # ratio of successive residuals up to which the factors of th
 
 def take_implicit_steps(w):
     """Take islands of persistent contacts through the step, each by one implicit step; return whether there are any."""
-    while activate(w, 0.0, w.step) and wake(w, 0.0, True):
-        pass
+    for _ in range(2):
+        while activate(w, 0.0, w.step) and wake(w, 0.0, True):
+            pass
+        if w.age != AGED or not reaches_unlisted(w, w.step):
+            break
+        list_anew(w)
+        predict_all(w, 0.0, w.step)
     list_islands(w)
     some = False
     for k in range(w.islands):

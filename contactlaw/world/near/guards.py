@@ -23,7 +23,7 @@ from contactlaw.world.data.kinds import BOX, CYLINDER, EDGE, PLANE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, store, sub, to_body, to_world
 from contactlaw.world.near.relative import closing_along, relative_speed
-from contactlaw.world.shapes.geometry import centre, half_axis
+from contactlaw.world.shapes.geometry import centre, half_axis, meet_near
 
 EXCEEDED = -NEVER  # limit of a guard of which the listed parts no longer do
 ROUNDING = 1e-15  # of the trace of M0^T M
@@ -332,6 +332,20 @@ def stays_open(w, p, time, more):
     more: distance [m] by which the gap may close besides.
     """
     return p.guard >= 0 and p.listed_gap > path_bound(w, guard_at(w.guards, p.guard), time) + more
+
+
+@jit_inside
+def is_open_for_sure(w, p, time, more):
+    """Return `stays_open` of a near pair at the start of a step, whenever it was listed: if in doubt, it is measured.
+
+    Bounds that are known since an earlier step only save the measurement.
+    """
+    if p.guard < 0 or stays_open(w, p, time, more):
+        return p.guard >= 0
+    overlap, _, _, _ = meet_near(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
+    p.gap = -overlap
+    raise_listed_gap(w, p, 0.0)
+    return stays_open(w, p, time, more)
 
 
 @jit_inside

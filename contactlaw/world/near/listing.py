@@ -34,12 +34,12 @@ FEW = 50  # whole shapes besides ends of capsules: so many are compared with all
 
 
 @jit_inside
-def may_leave_margin(b, left):
-    """Return whether a body may leave its margin within a time [s]."""
+def may_leave_margin(b, left, gained=0.0):
+    """Return whether a body may leave its margin within a time [s]; gained: speed [m/s] that impacts may give it."""
     if b.size == 0.0 and b.reach == 0.0:  # no shapes
         return False
     way = norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
-    return way + (0.0 if b.still != 0 else left * surface_speed(b, left)) > b.margin
+    return way + (0.0 if b.still != 0 else left * (surface_speed(b, left) + gained)) > b.margin
 
 
 @jit_inside
