@@ -142,14 +142,14 @@ KEYS: dict[str, Callable[[str, str], Any]] = SIDES | REQUIRED | OF_PAIR | OF_CON
 """Configuration keys of the plugin; geom1, geom2, material1, material2 and friction are required.
 
 geom1, geom2: name of a geom, or names separated by spaces, or by bars "|": each geom of geom1 may touch each of geom2.
-native: contype and conaffinity of each geom before the law took over, geom1's first: "1/1", or runs "1/1x20 0/1x3";
-if given, the instance has only those pairs that the engine would have tested with these bits. material1, material2: a
-name in `MATERIALS`, or "E nu" in SI units. friction, restitution: a number, or a function in `contactlaw.losses` with
-its fields, such as "plastic yield_speed=0.1"; friction "geoms": the coefficients of the geoms, combined by the engine's
+native: contype and conaffinity of each geom before the law took over, geom1's first: "1/1", or runs "1/1x20 0/1x3"; if
+given, the instance has only those pairs that the engine would have tested with these bits. material1, material2: a name
+in `MATERIALS`, or "E nu" in SI units. friction, restitution: a number, or a function in `contactlaw.losses` with its
+fields, such as "plastic yield_speed=0.1"; friction "geoms": the coefficients of the geoms, combined by the engine's
 rule. law: as for `laws.law_of`, such as "microslip node_count=32". substeps: least number of substeps in a contact;
-crowd_substeps: the same where many touch; the largest values in a model hold for all contacts. rounding: radius [m] of
-the edges of boxes and cylinders; default a tenth of the smallest half length of each. overlaps: "keep": shapes that are
-found overlapping are pushed apart; default "relax": they count as just touching, see
+crowd_substeps: the same of damped impacts with joints, or where many touch; the largest values in a model hold for all
+contacts. rounding: radius [m] of the edges of boxes and cylinders; default a tenth of the smallest half length of each.
+overlaps: "keep": shapes that are found overlapping are pushed apart; default "relax": they count as just touching, see
 `world.contacts.touch.begin_contact`. name: name of the instance. MuJoCo prefixes and suffixes all names of a model that
 is attached to another; the prefix and suffix of the geoms are found by comparing the instance's name with this one.
 """

@@ -69,8 +69,8 @@ class ContactCallback:
             time.
             False: they are read when a contact is added or removed and by `look`, which saves more than a microsecond a
             body and step.
-        crowd_substeps: Least number of substeps of a damped impact where more than four contacts of an island are
-            closed, >= 10.
+        crowd_substeps: Least number of substeps of a damped impact with joints, or where more than four contacts of an
+            island are closed, >= 10.
     """
 
     def __init__(

@@ -66,11 +66,8 @@ def share_of(t, sa, sb):
     Where edges of two boxes or hulls cross, each of both meets the other core, at one point. An edge that lies on the
     face of a hull, with a crown of metres for its radius, does not.
     """
-    return (
-        0.5
-        if sa.kind == EDGE and (sb.kind == BOX or sb.kind == HULL) and t.radius <= max(sa.radius, sb.radius)
-        else 1.0
-    )
+    crossed = sa.kind == EDGE and (sb.kind == BOX or sb.kind == HULL) and t.radius <= max(sa.radius, sb.radius)
+    return 0.5 if crossed else 1.0
 
 
 @jit_inside
@@ -159,7 +156,7 @@ def substeps_per_impact(w, p, few):
     """Return how many substeps an impact of a pair should have.
 
     few: no more than `WORLD.crowd` contacts of its island are closed. In a crowd and with joints damped impacts need
-    fewer, as damping removes their errors; those of elastic ones add up. With 20, a leg's velocities are right to 1e-3.
+    fewer, as damping removes their errors; those of elastic ones add up.
     """
     damped = law_of(w, pair_at(w.pairs, p.pair)).zeta > 0.0
     joints = is_jointed(body_at(w.bodies, p.body_a)) or is_jointed(body_at(w.bodies, p.body_b))
