@@ -69,8 +69,10 @@ def read_springs(head, j, t):
     """Add springs and servos to f, D and the part of D that is theirs; v: velocities at the start of the step.
 
     A servo whose force, or that on its joint, is at its limit or zero is none: no position moves it, or it is disabled.
+    Nor is one whose joints have a damping of h/2 k: it takes what the force, held, would give.
     """
     m, d, x = model_at(head.model, 0), data_at(head.data, 0), vector(t.x, t.v_size)
+    damping = vector(t.d, (t.v_size, t.v_size))
     if m.opt.disableflags & layout.NO_SPRING == 0:
         for k in range(t.v_size):
             stiffness = number(m.jnt_stiffness, entry(m.dof_jntid, whole_at(head.places, j.v + k)))
@@ -88,14 +90,16 @@ def read_springs(head, j, t):
             continue
         first, count = entry(d.moment_rowadr, s.row), entry(d.moment_rownnz, s.row)
         last = read_row(head, j, t, floats(d.actuator_moment, first, count), entries(d.moment_colind, first))
-        k = last
+        k, gains = last, False
         while k >= 0:
             v = whole_at(head.places, j.v + k)
             limits = floats(m.jnt_actfrcrange, 2 * entry(m.dof_jntid, v), 2)
             if at_limit(number(d.qfrc_actuator, v), limits):
                 x[k] = 0.0
+            gains = gains or 0.5 * head.step_size * stiffness * x[k] * x[k] > damping[k, axis_at(t.axes, k).depth]
             k = axis_at(t.axes, k).parent
-        add_spring(head, t, last, stiffness)
+        if gains:
+            add_spring(head, t, last, stiffness)
 
 
 @jit
