@@ -84,7 +84,7 @@ TREE = record(
     gravity=VECTOR,  # [m/s^2]
     q="u8", v="u8", a="u8",  # addresses of its numbers: generalised coordinates, velocities, accelerations
     f="u8", d="u8", v_f="u8",  # generalised force f - D (v - v_f), all constant over a step; D laid out as `factor`
-    springs="u8",  # half a step times the stiffness of springs, a part of D; as `factor`, see `mujoco_plugin.trees`
+    springs="u8",  # half a step times the stiffness of springs, a part of D, as `factor`: `mujoco_plugin.joint_forces`
     e="u8",  # inertia by which soft constraints resist acceleration, constant over a step; as `factor`
     coupled="i8",  # 1: D or E has entries off the diagonal
     x="u8",  # (v_size,), argument and result of these functions

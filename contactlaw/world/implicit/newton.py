@@ -39,7 +39,7 @@ from contactlaw.world.implicit.equations import (
     matrix,
     vector_of,
 )
-from contactlaw.world.near.guards import takes_known_gap
+from contactlaw.world.near.places import takes_known_gap
 from contactlaw.world.shapes.core import set_back
 from contactlaw.world.shapes.geometry import centre, half_axis, meet_near
 from contactlaw.world.trees.kinematics import vector

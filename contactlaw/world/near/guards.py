@@ -17,7 +17,7 @@ from math import sqrt
 from contactlaw.jit import jit_inside
 from contactlaw.world.bodies.bounds import spin_bound
 from contactlaw.world.bodies.motion import change_bound, greatest_closing
-from contactlaw.world.data.access import body_at, guard_at, near_at, shape_at
+from contactlaw.world.data.access import body_at, guard_at, shape_at
 from contactlaw.world.data.call import ask_separation
 from contactlaw.world.data.kinds import BOX, CYLINDER, EDGE, PLANE
 from contactlaw.world.data.records import NEVER
@@ -364,23 +364,6 @@ def raise_listed_gap(w, p, time):
     if p.guard >= 0:
         g = guard_at(w.guards, p.guard)
         p.listed_gap = max(p.listed_gap, p.gap + 2.0 * lead_of(w, g).moved - path_bound(w, g, time))
-
-
-@jit_inside
-def takes_known_gap(w, p, now):
-    """Return whether an earlier open pair of the same shape and field seeks the same place, see `geometry.meet_place`.
-
-    If so, sets what that pair knows. now: time of the step [s] at which its gap must have been found; -1: at any.
-    """
-    for i in range(p.first, p.first + p.places):
-        q = near_at(w.near, i)
-        if q.closed == 0:
-            if q.b == p.b or (now >= 0.0 and q.checked != now):
-                return False
-            p.toi, p.gap, p.closing, p.acceleration = q.toi, q.gap, q.closing, q.acceleration
-            p.checked, p.path_limit, p.listed_gap = q.checked, q.path_limit, q.listed_gap
-            return True
-    return False
 
 
 @jit_inside

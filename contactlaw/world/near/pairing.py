@@ -5,7 +5,7 @@ all parts of a shape lie behind its plane. So one product excludes most of the h
 """
 
 from contactlaw.jit import jit_inside
-from contactlaw.memory import doubles_at, whole_at
+from contactlaw.memory import whole_at
 from contactlaw.pair import DEEPEST
 from contactlaw.world.data.access import (
     axis_at,
@@ -37,8 +37,8 @@ from contactlaw.world.data.kinds import (
 from contactlaw.world.data.records import CLOSED, FREE_JOINT, HINGE, NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body
 from contactlaw.world.near.guards import drop_guard, lead_of, new_guard, parts_margin, separate
-from contactlaw.world.shapes.core import CROWN
-from contactlaw.world.shapes.geometry import IGNORED, PLACES, centre, half_axis, is_ignored, lies_over_face, meet
+from contactlaw.world.near.places import places_of
+from contactlaw.world.shapes.geometry import IGNORED, centre, half_axis, is_ignored, lies_over_face, meet
 from contactlaw.world.shapes.segments import clip
 
 
@@ -74,21 +74,6 @@ def meets(kind_a, kind_b):
     if kind_a == ELLIPSOID:
         return kind_b <= HEIGHT_FIELD
     return kind_b == HULL and kind_a in (BOX, HULL)
-
-
-@jit_inside
-def places_of(sa, sb):
-    """Return in how many places shape A may touch B, more than one of a height field.
-
-    A ball has one where no valley is narrower than itself. A line has none where no ridge is as sharp as that its
-    middle can be lower over it than both ends are, by what it is set back.
-    """
-    if sb.kind != HEIGHT_FIELD or sa.kind == DISC or sa.kind == ELLIPSOID:
-        return 1
-    valley, ridge = doubles_at(sb.points)[3], doubles_at(sb.points)[4]
-    if sa.kind < SEGMENT:
-        return PLACES if valley * sa.radius > 1.0 else 1
-    return PLACES if 0.5 * ridge * dot(load(sa.half), load(sa.half)) > CROWN * sa.radius else 0
 
 
 @jit_inside

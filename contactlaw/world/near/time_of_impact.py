@@ -21,13 +21,8 @@ from contactlaw.world.data.kinds import HEIGHT_FIELD, PLANE, SEGMENT, SPHERE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.saved import scratch_body
 from contactlaw.world.data.vec import add, dot, load, norm, sub
-from contactlaw.world.near.guards import (
-    cores_stay_apart,
-    meet_half_space,
-    raise_listed_gap,
-    takes_known_gap,
-    takes_known_time,
-)
+from contactlaw.world.near.guards import cores_stay_apart, meet_half_space, raise_listed_gap, takes_known_time
+from contactlaw.world.near.places import takes_known_gap
 from contactlaw.world.shapes.geometry import OF_TIME, centre, meet_near
 
 CLEAR_HEIGHT = 0.01  # of A's radius: where A is higher over a separating plane, its gap is taken from that plane

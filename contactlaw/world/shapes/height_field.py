@@ -6,7 +6,7 @@ With L the greatest slope, a point at a height H over the surface is at least H/
 
 A field is PLACES shapes of one surface: each keeps the contact of one minimum of the distance (`field_places`), which
 it follows (`geometry.meet_place`). Three contacts fix a ball. On fields too smooth for several only the first
-of them is used, see `pairing.places_of`.
+of them is used, see `places.places_of`.
 """
 
 from functools import lru_cache
