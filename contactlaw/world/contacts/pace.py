@@ -13,7 +13,7 @@ from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import cross, dot, load, norm, sub
 from contactlaw.world.shapes.geometry import effective_radius, meet_near
-from contactlaw.world.trees.motion import LARGEST_LAG
+from contactlaw.world.trees.motion import LARGEST_LAG, SUBSTEP_TURN
 
 FEWER = 4.0  # by which the substeps of a quasi-static contact are divided
 STEADY = 1e-2  # `share` of `force.is_quasi_static` below which substeps need only be stable
@@ -22,7 +22,6 @@ ELASTIC = 60.0  # substeps of an elastic impact in a crowd, at least: a column o
 ALIKE = 4.0  # equal contacts on one body, as the feet of a box, for which STABLE holds: h omega is 1 then, its limit 2
 LEAST_STEP = 1.0 / 3.0  # shortest step for which implicit steps are tried, in `resting_duration` of a contact
 MAX_SHORTENING = 4.0  # by which the length of substeps is divided for that, at most
-SUBSTEP_TURN = 0.1  # [rad] of a tree in a substep: accelerations that are held longer drive an arm to 1e30 rad/s
 MASS_TURN = 0.1  # [rad] by which a normal may turn in a substep before effective masses are computed anew
 
 

@@ -28,7 +28,9 @@ from contactlaw.world.trees.mobility import accelerate, apply_pending, clear, co
 
 HOLD = 4  # substeps for which M and a are held at most
 LONGEST_HOLD, HELD_TURN = 2e-3, 0.02  # [s], or [rad] if that takes longer, for which they are held at most
-MOST_HELD = 0.1  # [rad], the same where it takes less: as long as one substep may be, see `pace.SUBSTEP_TURN`
+# [rad] in a substep, at most, and for which M and a are held where that takes less: accelerations that are held longer
+# drive an arm to 1e30 rad/s
+SUBSTEP_TURN = 0.1
 HELD_GAIN = 0.05  # of an error of rates, from one group of substeps to the next, see `predict_midpoint`
 LARGEST_TURN, MOST = 0.1, 1e4  # [rad] of a Runge-Kutta step; number of steps of a flight, at most
 # [rad] the same, at most, and as a share of the turn in a step of the world: velocities of arms that are driven at
@@ -165,7 +167,7 @@ def predict_midpoint(t, h):
     """
     n = t.v_size
     rate = max(t.change_rate, 1e-9)
-    longest = min(max(min(LONGEST_HOLD, MOST_HELD / rate), HELD_TURN / rate), LARGEST_LAG / max(t.decay, 1e-9))
+    longest = min(max(min(LONGEST_HOLD, SUBSTEP_TURN / rate), HELD_TURN / rate), LARGEST_LAG / max(t.decay, 1e-9))
     turned = 0.0
     for k in range(n):
         turned = max(turned, abs(vector(t.kick_v, n)[k]) * norm(load(axis_at(t.axes, k).spin)))
