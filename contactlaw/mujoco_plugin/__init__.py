@@ -20,7 +20,8 @@ from contactlaw.mujoco_plugin.plugin import register  # noqa: E402
 
 register()
 
-from contactlaw.mujoco_plugin.drop_in import (  # noqa: E402  (needs the registered plugin)
+from contactlaw.mujoco_plugin.constraints import skip_constraints  # noqa: E402  (needs the registered plugin)
+from contactlaw.mujoco_plugin.drop_in import (  # noqa: E402
     instances_of,
     load_model,
     model_xml,
@@ -40,5 +41,5 @@ from contactlaw.mujoco_plugin.spec import add_contact  # noqa: E402
 
 __all__ = [
     "ContactState", "Ledger", "add_contact", "contact_wrenches", "contacts_of", "geoms_of", "instances_of", "ledger_of",
-    "load_model", "model_xml", "overlaps_of", "save_model", "set_friction",
+    "load_model", "model_xml", "overlaps_of", "save_model", "set_friction", "skip_constraints",
 ]  # fmt: skip

@@ -28,6 +28,7 @@ import numpy as np
 from contactlaw import checks
 from contactlaw.files import whole
 from contactlaw.mujoco_plugin import layout
+from contactlaw.mujoco_plugin.constraints import skip_constraints
 from contactlaw.mujoco_plugin.entries import Contacts, parse_contacts, parse_skip, replace_all
 from contactlaw.mujoco_plugin.instances import contact_instances
 from contactlaw.mujoco_plugin.overlaps import exclude_held, report_initial_overlaps
@@ -69,7 +70,9 @@ def load_model(
     Raises:
         ValueError: The model cannot be read, or the law cannot serve a contact; the message names the geom.
     """
-    return _compile_with_contacts(model, contacts, assets, **settings)[1]
+    compiled = _compile_with_contacts(model, contacts, assets, **settings)[1]
+    skip_constraints(compiled)
+    return compiled
 
 
 def model_xml(model: Source, contacts: Contacts, *, assets: Mapping[str, bytes] | None = None, **settings: Any) -> str:

@@ -183,6 +183,29 @@ class ContactInstance:
         return {geom: Shape(name("geom", geom), type_of(int(types[geom])), sizes[geom].copy()) for geom in self.geoms}
 
 
+def _margins(view: layout.ModelView) -> dict[tuple[int, int], float]:
+    """Return the margin [m] of each two geoms that a `<pair>` names; of several the greatest."""
+    margins: dict[tuple[int, int], float] = {}
+    for one, two, margin in explicit_pairs(view):
+        key = min(one, two), max(one, two)
+        margins[key] = max(margin, margins.get(key, -inf))
+    return margins
+
+
+def native_rule(view: layout.ModelView) -> Callable[[tuple[int, int]], bool]:
+    """Return a function that tells whether two geoms of different bodies touch by the engine's own contact."""
+    bits = list(zip(view.geom_contype.tolist(), view.geom_conaffinity.tolist(), strict=True))
+    owner, excluded, margins = view.geom_bodyid.tolist(), set(view.exclude_signature.tolist()), _margins(view)
+
+    def is_native(pair: tuple[int, int]) -> bool:
+        low, high = sorted(owner[geom] for geom in pair)
+        if (min(pair), max(pair)) in margins:
+            return margins[min(pair), max(pair)] >= 0.0
+        return (low << 16) + high not in excluded and touch(bits[pair[0]], bits[pair[1]])
+
+    return is_native
+
+
 def check(view: layout.ModelView, known: list[ContactInstance], moves: Callable[[int], bool]) -> None:
     """Check that each pair belongs to one instance, can move, and has no native contact.
 
@@ -192,19 +215,7 @@ def check(view: layout.ModelView, known: list[ContactInstance], moves: Callable[
         ValueError: One of these fails; the message names the geoms.
     """
     bits = list(zip(view.geom_contype.tolist(), view.geom_conaffinity.tolist(), strict=True))
-    owner, excluded = view.geom_bodyid.tolist(), set(view.exclude_signature.tolist())
-    margins: dict[tuple[int, int], float] = {}
-    for one, two, margin in explicit_pairs(view):
-        key = min(one, two), max(one, two)
-        margins[key] = max(margin, margins.get(key, -inf))
-
-    def is_native(pair: tuple[int, int]) -> bool:
-        """Return whether two geoms touch by the engine's own contact."""
-        low, high = sorted(owner[geom] for geom in pair)
-        if (min(pair), max(pair)) in margins:
-            return margins[min(pair), max(pair)] >= 0.0
-        return (low << 16) + high not in excluded and touch(bits[pair[0]], bits[pair[1]])
-
+    margins, is_native = _margins(view), native_rule(view)
     holders: dict[int, set[int]] = {}  # of each geom the contacts that hold it, so far
     for number, member in enumerate(known):
         shapes = member.shapes

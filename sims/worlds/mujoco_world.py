@@ -123,6 +123,8 @@ class EngineWorld(World):
             if self.settings.watch:
                 self._dress()
             self.model = self.spec.compile()
+            if not self.tuning.collide:
+                mujoco_plugin.skip_constraints(self.model)
             self.data = mujoco.MjData(self.model)
             self._ids = np.array([self.model.body(body.name).id for body in self.bodies], dtype=int)
             joints = self.model.body_jntadr[self._ids]

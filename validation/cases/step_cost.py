@@ -111,10 +111,11 @@ def scenes() -> dict[str, Scene]:
 class StepCost(Case):
     """A MuJoCo step that resolves a contact should cost no more with the law than with the engine's own contact, and in
     free flight at most 3 % more than the same scene without the law. A plugin that does nothing shows how much of this
-    its calls take. At 2 ms the law's substeps cost time only while bodies touch: a bouncing ball should cost 0.7 of
-    native contact on average, a ball at rest 0.6. PyBullet has no step callback, so the law is Python code between two
-    steps that reads and pushes bodies; at 1/240 s a bounce may cost 3.5 native steps, and resolved steps have no limit.
-    Heaps have a chapter of their own.
+    its calls take. Where no native contacts may be, the engine's constraint stage is off (`skip_constraints`), which
+    the same scene without the law has to keep on. At 2 ms the law's substeps cost time only while bodies touch: a
+    bouncing ball should cost 0.7 of native contact on average, a ball at rest 0.6. PyBullet has no step callback, so
+    the law is Python code between two steps that reads and pushes bodies; at 1/240 s a bounce may cost 3.5 native
+    steps, and resolved steps have no limit. Heaps have a chapter of their own.
     """
 
     place = 60
