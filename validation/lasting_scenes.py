@@ -128,8 +128,7 @@ def crowd(count: int, kind: str) -> Any:
     lattice = np.stack([number % across, number // across % across, number // across**2 + 0.5], 1)
     places = RADIUS * (GAP * lattice + np.random.default_rng(0).uniform(-0.1, 0.1, lattice.shape))
     pair = None if kind in SOLVERS else ContactPair(STEEL, STEEL, friction=0.2, restitution=0.9)
-    world: Any = balls_world("mujoco", 2e-3, pair, places, radius=RADIUS, planes=[FLOOR], gravity=DOWN,
-                             collide=kind == "law")  # fmt: skip
+    world: Any = balls_world("mujoco", 2e-3, pair, places, radius=RADIUS, planes=[FLOOR], gravity=DOWN)
     world.spec.memory = 50_000_000 + ARENA * count * count
     if kind in SOLVERS:
         world.native(1.0, 0.0, ELASTIC)
