@@ -11,7 +11,7 @@ from contactlaw import ContactPair
 from sims.contact_point import Array, static_overlap
 from sims.options import ball_mass, of_ball
 from sims.scene import NATIVE, NONE, Settings
-from sims.worlds import World, new_world
+from sims.worlds import Tuning, World, new_world
 
 GRAVITY = 9.81  # [m/s^2]
 RADIUS = 0.01  # [m]
@@ -62,7 +62,7 @@ def poured(
 
     rolling: coefficient of rolling resistance by the law.
     """
-    world: Any = new_world(settings, (0.0, 0.0, -GRAVITY))
+    world: Any = new_world(settings, (0.0, 0.0, -GRAVITY), Tuning(groups=True))
     starts, half = places(count, pitch * o.radius / RADIUS, o.radius, seed)
     world.plane("floor")
     for name, normal in WALLS.items():

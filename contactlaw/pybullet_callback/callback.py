@@ -111,11 +111,11 @@ class ContactCallback:
                 that any contact asks for holds for all.
             rounding: Radius [m] of the edges of boxes and cylinders, and so of their contacts with flat shapes, see
                 docs/shapes.md; None: a tenth of the smallest half length of each.
-            groups: Whether to turn off Bullet's own response by collision groups, for sets of a thousand and more: one
-                call a body, where a rule for each pair takes some microseconds a pair. Groups and masks that you gave
-                these bodies are lost, and when the contact is removed they have Bullet's own; a link and its parent in
-                the sets do not touch, whatever the flags of the URDF. There are 25 groups, and each combination of sets
-                with common members needs one.
+            groups: Whether to turn off Bullet's own response by collision groups, for sets of a hundred and more: one
+                call a body, where a rule for each pair takes some microseconds a pair, and less in each step. Groups
+                and masks that you gave these bodies are lost, and when the contact is removed they have Bullet's own; a
+                link and its parent in the sets do not touch, whatever the flags of the URDF. There are 25 groups, and
+                each combination of sets with common members needs one.
 
         Returns:
             A handle for the other methods.

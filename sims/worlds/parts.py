@@ -50,6 +50,7 @@ class Tuning:
         collide: Whether bodies without the law touch by the engine's own contact.
         fixed_bodies_move: PyBullet: as `ContactCallback` has it; None: where a body is driven.
         crowd_substeps: Least number of substeps of a damped impact where many touch.
+        groups: PyBullet: as `ContactCallback.add_contact` has it.
     """
 
     integrator: str = "Euler"
@@ -57,6 +58,7 @@ class Tuning:
     collide: bool = False
     fixed_bodies_move: bool | None = None
     crowd_substeps: int = 20
+    groups: bool = False
 
 
 def matrix_to_quaternion(matrix: Array) -> Array:
