@@ -101,6 +101,8 @@ class ContactCallback:
     ) -> int:  # fmt: skip
         """Let the law act between two bodies, or two sets of bodies, in place of the native response.
 
+        Bullet no longer puts them to sleep, which the callback does itself; do not switch that on again.
+
         Args:
             body_a, body_b: PyBullet's ids; or sequences of ids or of (body, link): each of A then may touch each of B,
                 but none itself, and each pair once. In sets, pairs of bodies that cannot move are left out, and so are
@@ -144,6 +146,9 @@ class ContactCallback:
         self._change(self._contacts | {handle: contact})
         self._tags.add(contact.bodies)
         contact.set_rules(self._client, False, contact.ruled)
+        for body in contact.bodies:  # one that Bullet has put to sleep would stay where it is, whatever hits it
+            awake = {"activationState": p.ACTIVATION_STATE_DISABLE_SLEEPING, "physicsClientId": self._client}
+            p.changeDynamics(body, -1, **awake)
         return handle
 
     def remove_contact(self, handle: int) -> None:
