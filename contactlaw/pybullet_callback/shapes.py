@@ -161,12 +161,20 @@ def read_side(client: int, which: str, body: Any, link: Any, there: set[int]) ->
     joint = None if link == BASE else joints_of(body, client)[link]
     own = (body, link, joint.link, (body, joint.parent)) if joint else (body, link, "", None)
     kinds = [SHAPE_NAMES.get(kind, f"shape of type {kind}") for _, _, kind, *_ in shapes]
-    pieces = [_piece((body, link), client, kind, *more) for kind, (_, _, _, *more) in zip(kinds, shapes, strict=True)]
-    found = tuple(piece for piece in pieces if piece and (piece.sizes or len(pieces) == 1))
-    if len(found) == len(shapes):
-        return Side(*own, kinds[0] if len(kinds) == 1 else PIECES, found)
+    numbers = range(len(kinds)) if len(kinds) > 1 else [BASE]
+    found = [
+        _piece((body, link), client, number, kind, *more)
+        for number, kind, (_, _, _, *more) in zip(numbers, kinds, shapes, strict=True)
+    ]
+    pieces = tuple(piece for piece in found if piece and (piece.kind != "plane" or len(kinds) == 1))
+    points = sum(len(piece.points) for piece in pieces if piece.points is not None)
+    all_points = p.getMeshData(body, link, physicsClientId=client)[0] if points else 0
+    # more than those of the pieces where one of several meshes is a compound itself
+    if points == all_points and len(pieces) == len(shapes):
+        return Side(*own, kinds[0] if len(kinds) == 1 else PIECES, pieces)
     shape = "compound" if len(kinds) > 1 else "concave mesh" if kinds[0] == "mesh" else kinds[0]
-    centre = p.getBasePositionAndOrientation(body, client)[0] if link == BASE else p.getLinkState(body, link, 0, 1)[0]
+    base = link == BASE
+    centre, *_ = p.getBasePositionAndOrientation(body, client) if base else p.getLinkState(body, link, 0, 1, client)
     corners = np.array(p.getAABB(body, link, client))
     reach = float(np.linalg.norm(np.abs(corners - np.array(centre)).max(axis=0)))
     return Side(*own, shape, (), reach)
@@ -183,8 +191,11 @@ def collision_shapes(client: int, body: int, link: int) -> Any:
     return found or [(body, link, p.GEOM_HEIGHTFIELD, (0.0, 0.0, 0.0), b"", at, turn) for at, turn in fields]
 
 
-def _piece(key: Key, client: int, kind: str, size: Any, _: Any, position: Any, turn: Any) -> Piece | None:
-    """Return a shape as getCollisionShapeData describes it; None: it has no closed form."""
+def _piece(key: Key, client: int, number: int, kind: str, size: Any, _: Any, position: Any, turn: Any) -> Piece | None:
+    """Return a shape as getCollisionShapeData describes it; None: it has no closed form.
+
+    number: of a mesh among the shapes of its link; -1: all there is.
+    """
     long = size[1], 0.5 * size[0]  # size is (length, radius), without a capsule's caps; full lengths for a box
     sizes = {"sphere": size[:1], "capsule": long, "cylinder": long, "box": tuple(0.5 * np.array(size))}
     if kind in sizes:
@@ -193,7 +204,7 @@ def _piece(key: Key, client: int, kind: str, size: Any, _: Any, position: Any, t
         normal = np.array(size)
         upright = Pose(ORIGIN, quaternion_of(turn_to(normal / np.linalg.norm(normal))))
         return Piece(kind, (), pose_of(position, turn).then(upright))
-    count, points = p.getMeshData(*key, physicsClientId=client) if kind == "mesh" else (0, ())
+    count, points = p.getMeshData(*key, number, physicsClientId=client) if kind == "mesh" else (0, ())
     return Piece(kind, (), IDENTITY, np.array(points)) if count > 0 else None
 
 

@@ -6,6 +6,7 @@ import pickle
 import warnings
 from collections.abc import Callable
 from copy import deepcopy
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -92,6 +93,52 @@ def test_a_compound_of_balls_and_boxes_falls_as_links_fixed_to_each_other_do(cli
     for _ in range(1000):
         callback.step()
     assert sum(state.force[2] for state in callback.states(handle)) == pytest.approx(9.81, rel=1e-4)
+
+
+CUBE = "vn 0 0 1\n" + "".join(
+    "f " + " ".join(f"{{{corner}}}//1" for corner in face) + "\n"
+    for face in ((0, 2, 3), (0, 3, 1), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0, 5, 4), (2, 6, 7), (2, 7, 3), (0, 4, 6),
+                 (0, 6, 2), (1, 3, 7), (1, 7, 5))
+)  # fmt: skip
+
+
+def test_a_mesh_of_several_objects_is_a_hull_for_each(client: int, tmp_path: Path) -> None:
+    """A ball falls between two cubes, which stand on the floor."""
+    text, half = "", 0.05
+    for number, x in enumerate((-0.1, 0.1)):
+        corners = [f"v {x + a * half} {b * half} {c * half}\n" for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)]
+        text += f"o cube{number}\n" + "".join(corners) + CUBE.format(*range(8 * number + 1, 8 * number + 9))
+    (tmp_path / "cubes.obj").write_text(text)
+    cubes = p.createMultiBody(
+        1.0, shape(client, p.GEOM_MESH, fileName=str(tmp_path / "cubes.obj")), -1, [0, 0, half], physicsClientId=client
+    )  # fmt: skip
+    p.changeDynamics(cubes, -1, **FREE, physicsClientId=client)
+    p.setGravity(0, 0, -9.81, client)
+    body, floor = ball(client, [0, 0, 0.2]), plane(client)
+    callback, _ = in_contact(client, [cubes, body], [cubes, body, floor], pair_of(restitution=0.5))
+    step(callback, 400)
+    assert p.getBasePositionAndOrientation(body, client)[0][2] == pytest.approx(RADIUS, rel=1e-3)
+    assert p.getBasePositionAndOrientation(cubes, client)[0][2] == pytest.approx(half, rel=1e-3)
+
+
+def test_shapes_that_pybullet_measures_are_those_of_its_own_client(client: int) -> None:
+    other = p.connect(p.DIRECT)
+    try:
+        field = shape(other, p.GEOM_HEIGHTFIELD, meshScale=[1, 1, 1], heightfieldData=[0.0] * 16, numHeightfieldRows=4,
+                      numHeightfieldColumns=4)  # fmt: skip
+        table = p.createMultiBody(
+            0.0, -1, -1, [0, 0, 0], linkMasses=[0.0], linkCollisionShapeIndices=[field],
+            linkVisualShapeIndices=[-1], linkPositions=[[0, 0, 0]], linkOrientations=[[0, 0, 0, 1]],
+            linkInertialFramePositions=[[0, 0, 0]], linkInertialFrameOrientations=[[0, 0, 0, 1]],
+            linkParentIndices=[0], linkJointTypes=[p.JOINT_FIXED], linkJointAxis=[[0, 0, 1]], physicsClientId=other,
+        )  # fmt: skip
+        p.setGravity(0, 0, -9.81, other)
+        body, callback = ball(other, [0, 0, 0.1]), ContactCallback(other)
+        handle = callback.add_contact(body, table, pair_of(radius=RADIUS), link_b=0)
+        step(callback, 60)
+        assert callback.ledger(handle).impacts > 0
+    finally:
+        p.disconnect(other)
 
 
 @pytest.mark.parametrize("ground", [plane, slab])
