@@ -37,7 +37,6 @@ NODES = 24  # default in engines: psi_2 within 5e-4 at any step; fills SIMD vect
 TURN = 0.02
 LAG = 0.8  # depth over that of the middle, to whose node that direction belongs: mean of z^2 over that of z
 NEARLY = 1.0 - 1e-4  # square of a friction force over that of its limit from which directions may count as one
-SLIDE_LIMIT = 0, 0  # place in the memory, unused during a slide, of its last limit mu E* [Pa], as mu may change
 
 
 @dataclass(frozen=True)
@@ -88,7 +87,7 @@ class Microslip(Law):
     @staticmethod
     def force(contact, law, memory, du, dv, dt):
         """Displace all nodes and sum their tractions, both scaled by P over the load of the nodes."""
-        if (dt > 0.0 and keeps_turning(contact, memory, du, dv)) or keeps_sliding(contact, law, memory, du, dv):
+        if (dt > 0.0 and keeps_turning(contact, du, dv)) or keeps_sliding(contact, law, memory, du, dv):
             return contact.f, contact.g
         share, lever = levers(contact, law)
         pull_u, pull_v = displace(law, memory, *step_of(contact, lever * du, lever * dv))
@@ -100,7 +99,7 @@ class Microslip(Law):
         else:
             slides = contact.course == LASTING and square >= AT_LIMIT * most
         if slides:
-            contact.state, memory[SLIDE_LIMIT] = SLIDING, contact.friction * contact.e_star
+            contact.state, contact.slid_limit = SLIDING, contact.friction * contact.e_star
         return carried(contact, f, g)
 
     @staticmethod
@@ -189,7 +188,7 @@ def all_slip(law, memory, s2, overlap, _before, _gu, _gv, cap):
 
 
 @jit_inline
-def keeps_turning(contact, memory, du, dv):
+def keeps_turning(contact, du, dv):
     """Return whether a contact that slides as a whole does so after a slight turn; contact.f and .g are then set.
 
     With tractions of one direction e and slip d = (x, y) along and across e, G* x >= mu E* times the growth of the
@@ -201,7 +200,7 @@ def keeps_turning(contact, memory, du, dv):
     if contact.state != SLIDING or old == 0.0 or contact.before < 0.0:
         return False
     limit = contact.friction * contact.e_star
-    if contact.course == LASTING and memory[SLIDE_LIMIT] < limit:  # springs stretch, see `keeps_sliding`
+    if contact.course == LASTING and contact.slid_limit < limit:  # springs stretch, see `keeps_sliding`
         return False
     e, n = contact.f / old, contact.g / old
     x, y = contact.g_star * (du * e + dv * n), contact.g_star * (dv * e - du * n)
@@ -210,7 +209,7 @@ def keeps_turning(contact, memory, du, dv):
     ahead = LAG * limit * contact.before + x
     force = contact.friction * contact.force / sqrt(ahead * ahead + y * y)
     contact.f, contact.g = force * (ahead * e - y * n), force * (ahead * n + y * e)
-    memory[SLIDE_LIMIT] = limit
+    contact.slid_limit = limit
     return True
 
 
@@ -227,13 +226,13 @@ def keeps_sliding(contact, law, memory, du, dv):
         contact.f, contact.g = 0.0, 0.0
         return True
     limit = contact.friction * contact.e_star
-    stretches = contact.state == SLIDING and contact.course == LASTING and memory[SLIDE_LIMIT] < limit
+    stretches = contact.state == SLIDING and contact.course == LASTING and contact.slid_limit < limit
     if contact.state < SPRUNG and not stretches and slides_on(contact, du, dv, 0.0):
-        memory[SLIDE_LIMIT] = limit
+        contact.slid_limit = limit
         return True
     if contact.state == SLIDING:
         x, y = sliding_direction(contact)
-        mu_e, start = memory[SLIDE_LIMIT], max(contact.before, 0.0)
+        mu_e, start = contact.slid_limit, max(contact.before, 0.0)
         s2 = contact.scale * contact.scale / contact.radius
         for i in range(law.w.size):
             cap = mu_e * max(start - s2 * law.x2[i], 0.0)

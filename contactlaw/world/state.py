@@ -17,7 +17,6 @@ from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_inside
 from contactlaw.memory import doubles_at, set_whole, whole_at
-from contactlaw.world.contacts.pace import share_of
 from contactlaw.world.contacts.touch import add_to_ledger, has_parted
 from contactlaw.world.data.access import axis_at, body_at, contact_at, link_at, near_at, pair_at, shape_at, tree_at
 from contactlaw.world.data.materials import friction_of, law_of, memory_of
@@ -201,7 +200,7 @@ def restore_contact(w, c, a, b):
         t.mu, t.zeta = mu, law.zeta
     t.friction = min(t.friction, t.mu)  # less than mu where the contact spins
     t.radius = own if own > 0.0 else t.radius
-    t.e_star, t.g_star = share_of(t, sa, sb) * law.e_star, share_of(t, sa, sb) * law.g_star
+    t.e_star, t.g_star = t.share * law.e_star, t.share * law.g_star
     c.phase = CLOSED if t.overlap > 0.0 else PARTED
     c.near = -1
     c.shape_a, c.shape_b, c.body_a, c.body_b, c.pair = a, b, sa.body, sb.body, pair

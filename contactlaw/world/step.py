@@ -260,7 +260,7 @@ def begin(w, dt):
             if p.closed != 0 and shape_at(w.shapes, p.b).kind == TANGENT:  # the engine has placed this plane anew
                 update_geometry(w, c)
             if p.closed != 0 and w.edited != 0:
-                update_masses(w, c, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
+                update_masses(c, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
 
 
 @jit_inside

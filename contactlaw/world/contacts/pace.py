@@ -207,7 +207,7 @@ def add_square_rate(w, p):
 
 
 @jit_inside
-def update_masses(w, c, a, b):
+def update_masses(c, a, b):
     """Set the effective masses [kg] along the normal and across, the latter for the mean mobility of both tangents.
 
     Where joints prevent all motion along the normal, that mass is infinite, and so is the damper, which acts as soon
@@ -216,6 +216,5 @@ def update_masses(w, c, a, b):
     n, e = load(c.normal), load(c.tangent)
     arm_a, arm_b = load(c.arm_a), load(c.arm_b)
     both = mobility_between(a, arm_a, b, arm_b, e) + mobility_between(a, arm_a, b, arm_b, cross(n, e))
-    share = share_of(c.touch, shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b))
-    c.touch.tangential_mass = 2.0 * share / both
-    c.touch.mass = share / max(mobility_between(a, arm_a, b, arm_b, n), 0.5 * MASS_TURN * MASS_TURN * both)
+    c.touch.tangential_mass = 2.0 * c.touch.share / both
+    c.touch.mass = c.touch.share / max(mobility_between(a, arm_a, b, arm_b, n), 0.5 * MASS_TURN * MASS_TURN * both)

@@ -75,8 +75,8 @@ def begin_contact(w, k, overlap):
     t = c.touch
     law = law_of(w, pair_at(w.pairs, q.pair))
     reset(t, law, radius)
-    share = share_of(t, sa, sb)
-    t.e_star, t.g_star, t.stiffness = share * t.e_star, share * t.g_star, share * t.stiffness
+    t.share = share_of(t, sa, sb)
+    t.e_star, t.g_star, t.stiffness = t.share * t.e_star, t.share * t.g_star, t.share * t.stiffness
     clear(memory_of(w, q.slot))  # else what the last contact here left would show in saved states
     t.mu = friction_of(pair_at(w.pairs, q.pair), sa, sb)
     t.friction = t.mu
@@ -91,7 +91,7 @@ def begin_contact(w, k, overlap):
     clear_torsion(c.torsion)
     c.pending_twist, c.twist_overlap, c.coasted_from = 0.0, 0.0, 0.0
     c.bend[0], c.bend[1], c.bending[0], c.bending[1] = 0.0, 0.0, 0.0, 0.0
-    update_masses(w, c, a, b)
+    update_masses(c, a, b)
     deep = pair_at(w.pairs, q.pair).relaxed != 0 and overlap > initial_overlap_limit(w, c)
     if deep or (overlap > 0.0 and lies_over_face(sa, a, sb, b, 0.0)):
         c.initial_overlap, overlap = set_initial_overlap(w, q, c.initial_overlap + overlap), 0.0
@@ -274,7 +274,7 @@ def measure(w, c, a, b):
     store(c.arm_a, arm_a)
     store(c.arm_b, arm_b)
     if n != old and dot(n, old) < 1.0 - 0.5 * MASS_TURN * MASS_TURN:
-        update_masses(w, c, a, b)
+        update_masses(c, a, b)
     e = load(c.tangent)
     f = cross(n, e)
     store(c.moved, (dot(moved, e), dot(moved, f), force.twist_of(c, a, b)))

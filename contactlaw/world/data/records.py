@@ -162,7 +162,8 @@ SHAPE = record(
     half=VECTOR,  # [m] of a segment: from its middle to an end, of a disc: to a point of its rim, along the same axes;
     # of a box, cylinder or ellipsoid: its half lengths; of a hull: its reach from `at` first
     axes=MATRIX,  # of a box, cylinder or ellipsoid: its own axes to the principal ones; a cylinder's third is its axis
-    partner="i8",  # the only shape that a tangent plane meets; number of a height field among those of its surface
+    partner="i8",  # the only shape that a tangent plane meets
+    place="i8",  # number of a height field among those of its surface
     next="i8",  # next part of a box, cylinder or hull, or of the shape that it is a part of; 0: none
     deepest="u8",  # address of the function that finds the deepest point of a disc; of a field: R on a ridge
     first="i8",  # of a hull: row in `Arrays.points` of the table of its core, along the principal axes from `at`

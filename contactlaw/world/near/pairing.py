@@ -45,7 +45,7 @@ from contactlaw.world.shapes.segments import clip
 @jit_inside
 def is_part(s):
     """Return whether a shape is a part of another one, or a further place on a height field."""
-    return s.kind == CORNER or (EDGE <= s.kind <= SIDE) or (s.kind == HEIGHT_FIELD and s.partner > 0)
+    return s.kind == CORNER or (EDGE <= s.kind <= SIDE) or s.place > 0
 
 
 @jit_inside
@@ -298,8 +298,8 @@ def complete_near(w, k):
     p = near_at(w.near, k)
     p.body_a, p.body_b = shape_at(w.shapes, p.a).body, shape_at(w.shapes, p.b).body
     p.pair = pair_of(w, p.a, p.b)
-    s = shape_at(w.shapes, p.b)
-    p.first, p.places = k - (s.partner if s.kind == HEIGHT_FIELD else 0), places_of(shape_at(w.shapes, p.a), s)
+    sb = shape_at(w.shapes, p.b)
+    p.first, p.places = k - sb.place, places_of(shape_at(w.shapes, p.a), sb)
     p.slot = -1
     p.initial_overlap = 0.0
     p.closed, p.active = 0, 0

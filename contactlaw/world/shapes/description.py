@@ -172,7 +172,7 @@ class Shapes:
         made |= height_field.addresses()
         number = self._shape(made)
         for place in range(1, PLACES):
-            self._shape(made | {"partner": place}, number)
+            self._shape(made | {"place": place}, number)
         return number
 
     def add_shape(
