@@ -169,10 +169,21 @@ SHAPE = record(
     first="i8",  # of a hull: row in `Arrays.points` of the table of its core, along the principal axes from `at`
     # addresses: of that table; `radius` of hulls, ellipsoids and cylinders; nearest of a hull, `meet_beside` of a field
     points="u8", curve="u8", nearest="u8",
-    swept="u8",  # address of the table of `shapes.swept`, of all shapes but spheres and planes
+    swept="u8",  # address of `SWEPT`, of all shapes but spheres and planes
     friction="f8", priority="i8",  # coefficient for pairs that have none, and which of two shapes gives it
 )  # fmt: skip
 """A shape fixed to a body, of one of the `kinds`."""
+
+SWEPT = record(meet="u8", radius="u8", predict="u8", over_face="u8")
+"""Addresses of functions of swept shapes, see `shapes.swept`."""
+
+FIELD = record(
+    columns="i8", rows="i8",
+    away="f8",  # 1/sqrt(1 + L^2) for the greatest slope L: the least distance of a point over its height
+    valley="f8", ridge="f8",  # see `field_surface.sharpest`
+    spare="f8",  # the heights, which follow, begin with a row of three
+)  # fmt: skip
+"""Head of the table of a height field in `Arrays.points`."""
 
 LEDGER = 6
 

@@ -4,8 +4,7 @@ An open pair seeks the nearest place that no closed one has, see `geometry.meet_
 """
 
 from contactlaw.jit import jit_inside
-from contactlaw.memory import doubles_at
-from contactlaw.world.data.access import near_at
+from contactlaw.world.data.access import field_at, near_at
 from contactlaw.world.data.kinds import DISC, ELLIPSOID, HEIGHT_FIELD, SEGMENT
 from contactlaw.world.data.vec import dot, load
 from contactlaw.world.shapes.core import CROWN
@@ -21,10 +20,10 @@ def places_of(sa, sb):
     """
     if sb.kind != HEIGHT_FIELD or sa.kind == DISC or sa.kind == ELLIPSOID:
         return 1
-    valley, ridge = doubles_at(sb.points)[3], doubles_at(sb.points)[4]
+    field = field_at(sb.points, 0)
     if sa.kind < SEGMENT:
-        return PLACES if valley * sa.radius > 1.0 else 1
-    return PLACES if 0.5 * ridge * dot(load(sa.half), load(sa.half)) > CROWN * sa.radius else 0
+        return PLACES if field.valley * sa.radius > 1.0 else 1
+    return PLACES if 0.5 * field.ridge * dot(load(sa.half), load(sa.half)) > CROWN * sa.radius else 0
 
 
 @jit_inside

@@ -1,9 +1,6 @@
 """Times of impact of near pairs: one step of conservative advancement."""
 
-from numba import types
-
 from contactlaw.jit import jit_inside
-from contactlaw.memory import whole_at
 from contactlaw.world.bodies.bounds import LARGEST_TURN, time_to_close, turning_bound
 from contactlaw.world.bodies.motion import (
     acceleration_at,
@@ -15,7 +12,7 @@ from contactlaw.world.bodies.motion import (
     turn_rate,
     velocity_at,
 )
-from contactlaw.world.data.access import body_at, shape_at
+from contactlaw.world.data.access import body_at, shape_at, swept_at
 from contactlaw.world.data.call import ask_time
 from contactlaw.world.data.kinds import HEIGHT_FIELD, PLANE, SEGMENT, SPHERE
 from contactlaw.world.data.records import NEVER
@@ -23,7 +20,7 @@ from contactlaw.world.data.saved import scratch_body
 from contactlaw.world.data.vec import add, dot, load, norm, sub
 from contactlaw.world.near.guards import cores_stay_apart, meet_half_space, raise_listed_gap, takes_known_time
 from contactlaw.world.near.places import takes_known_gap
-from contactlaw.world.shapes.geometry import OF_TIME, centre, meet_near
+from contactlaw.world.shapes.geometry import centre, meet_near
 
 CLEAR_HEIGHT = 0.01  # of A's radius: where A is higher over a separating plane, its gap is taken from that plane
 
@@ -127,7 +124,7 @@ def find_time(w, p, a, b, now, left):
             p.toi = now + wait
             return
     if sa.kind >= SEGMENT:
-        ask_time(types.uint64(whole_at(sa.swept, OF_TIME)), p, sa, a, sb, b, n, arm_a, left)
+        ask_time(swept_at(sa.swept, 0).predict, p, sa, a, sb, b, n, arm_a, left)
         return
     slack, horizon = 0.0, left
     if a.oriented != 0 or b.oriented != 0:

@@ -12,7 +12,7 @@ on a core (`core.set_back`) it is set back, so that ends and corners carry where
 from math import ceil, floor
 
 from contactlaw.jit import jit_inside
-from contactlaw.memory import doubles_at
+from contactlaw.world.data.access import field_at
 from contactlaw.world.data.kinds import SIDE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, axpy, dot, load, norm, scale, sub, to_world
@@ -109,8 +109,9 @@ def other_foot(s, c, radius, others):
         return x, y, True
     far, n = distance(s, c, x, y)
     found = is_new(0.0, n, others)
-    points, best = doubles_at(s.points), far if found and is_nearest(s, c, x, y, far) else NEVER
-    (p, dx, columns), (q, dy, rows) = net(c[0], radius, s.half[0], points[0]), net(c[1], radius, s.half[1], points[1])
+    field, best = field_at(s.points, 0), far if found and is_nearest(s, c, x, y, far) else NEVER
+    p, dx, columns = net(c[0], radius, s.half[0], field.columns)
+    q, dy, rows = net(c[1], radius, s.half[1], field.rows)
     for k in range(columns * rows):
         u, v = p + dx * (k % columns), q + dy * (k // columns)
         near = 2.0 * max(dx, dy), WITHIN * min(best, radius)
@@ -181,8 +182,8 @@ def lowest_on_line(s, sa, line, at, wide, foot):
 def other_place(s, sa, line, radius, others):
     """Return the place of a line on the field, D, the normal, and whether there is one; others: see `meet_beside`."""
     (c, u), (held, places, normals) = line, others
-    points = doubles_at(s.points)
-    density = 0.5 * max((points[0] - 1.0) / s.half[0], (points[1] - 1.0) / s.half[1])
+    field = field_at(s.points, 0)
+    density = 0.5 * max((field.columns - 1) / s.half[0], (field.rows - 1) / s.half[1])
     count = min(int(2.0 * SAMPLES_A_CELL * density * norm(u)) + 2, SAMPLES)
     wide, place, found = 3.0 / count, places[0], False
     if held == FOLLOW:

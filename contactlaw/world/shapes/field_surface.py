@@ -11,22 +11,23 @@ import numpy as np
 
 from contactlaw.jit import jit_inside
 from contactlaw.memory import doubles_at
-from contactlaw.world.data.records import Array
+from contactlaw.world.data.access import field_at
+from contactlaw.world.data.records import FIELD, Array
 from contactlaw.world.data.vec import cross, dot, norm, scale, tangent
 
 NEWTON, CUTS = 40, 20  # iterations of Newton's method, and halvings of one step, at most
 CONVERGED = 1e-13  # gradient of distance^2/2 over the distance, at a minimum
 SAMPLES = 16  # grid points each way, at most, among which the start of Newton's method is chosen
 OVERSHOOT = 1.25  # sum of the magnitudes of Keys' weights, at most (half way between two grid points)
-HEAD = 6  # numbers before the heights in a table
+HEAD = FIELD.itemsize // 8  # numbers before the heights in a table
 
 
 def table(heights: Array, half: Array) -> tuple[Array, float]:
     """Return heights in the layout of compiled code, shape (n, 3), and an upper bound on the surface [m].
 
-    heights: [m], shape (rows along y, columns along x). half: half lengths along x and y [m]. The first two rows hold
-    the numbers of columns and rows, 1/sqrt(1 + L^2), and `sharpest`. The others hold the heights relative to the bound,
-    with one more grid point on each side, extrapolated linearly.
+    heights: [m], shape (rows along y, columns along x). half: half lengths along x and y [m]. The first two rows are a
+    `records.FIELD`. The others hold the heights relative to the bound, with one more grid point on each side,
+    extrapolated linearly.
     """
     spacing = 2.0 * half / (np.array(heights.shape[::-1]) - 1)
     # negative weights add up to (S - 1)/2 where all magnitudes add up to S
@@ -34,8 +35,9 @@ def table(heights: Array, half: Array) -> tuple[Array, float]:
     padded = np.pad(heights, 1, mode="reflect", reflect_type="odd") - top
     # a cubic's slope is at most twice the greatest difference of neighbours over their spacing
     slopes = [2.0 * OVERSHOOT * float(np.abs(np.diff(padded, axis=1 - i)).max()) / spacing[i] for i in range(2)]
-    head = [float(heights.shape[1]), float(heights.shape[0]), 1.0 / sqrt(1.0 + slopes[0] ** 2 + slopes[1] ** 2)]
-    numbers = np.concatenate([head, sharpest(padded, spacing), [0.0], padded.ravel()])
+    away = 1.0 / sqrt(1.0 + slopes[0] ** 2 + slopes[1] ** 2)
+    head = np.array([(*heights.shape[::-1], away, *sharpest(padded, spacing), 0.0)], FIELD)
+    numbers = np.concatenate([head.view(np.float64), padded.ravel()])
     return np.concatenate([numbers, np.zeros(-len(numbers) % 3)]).reshape(-1, 3), top
 
 
@@ -85,10 +87,9 @@ def cell(x, half, count):
 @jit_inside
 def surface(s, x, y):
     """Return the height [m] in the field's frame, slopes along x and y, and second derivatives xx, xy, yy [1/m]."""
-    points = doubles_at(s.points)
-    columns, rows = int(points[0]), int(points[1])
+    points, columns = doubles_at(s.points), field_at(s.points, 0).columns
     i, t, density_x = cell(x, s.half[0], columns)
-    j, u, density_y = cell(y, s.half[1], rows)
+    j, u, density_y = cell(y, s.half[1], field_at(s.points, 0).rows)
     (value, slope, bend), (value_y, slope_y, bend_y) = weights(t), weights(u)
     h, h_x, h_y, h_xx, h_xy, h_yy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for n in range(4):
@@ -139,7 +140,7 @@ def start(s, c):
     h, _, _ = surface(s, x, y)
     best = (x - c[0]) ** 2 + (y - c[1]) ** 2 + (h - c[2]) ** 2
     points, far = doubles_at(s.points), sqrt(best)
-    columns, rows = int(points[0]), int(points[1])
+    columns, rows = field_at(s.points, 0).columns, field_at(s.points, 0).rows
     first, _, density_x = cell(max(c[0] - far, -s.half[0]), s.half[0], columns)
     last, _, _ = cell(min(c[0] + far, s.half[0]), s.half[0], columns)
     low, _, density_y = cell(max(c[1] - far, -s.half[1]), s.half[1], rows)

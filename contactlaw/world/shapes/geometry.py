@@ -3,8 +3,7 @@
 from numba import types
 
 from contactlaw.jit import jit_inside
-from contactlaw.memory import whole_at
-from contactlaw.world.data.access import contact_at, near_at, shape_at
+from contactlaw.world.data.access import contact_at, near_at, shape_at, swept_at
 from contactlaw.world.data.call import ask_beside, ask_deepest, ask_meeting, ask_over_face, ask_radius
 from contactlaw.world.data.kinds import (
     BOX,
@@ -28,7 +27,6 @@ IGNORED = 1e9  # [m] initial overlap of an ignored pair, more than any shapes ov
 PLACES = 4  # contacts of one shape with a height field at once, at most: flanks of a pit between four grid points
 FOLLOW = -1  # of `height_field.meet_beside`, instead of a number of places
 LOST = 1e-9  # of the radius, the gap of a contact whose place has vanished
-OF_MEETING, OF_RADIUS, OF_TIME, OF_FACE = range(4)  # places in `swept.TABLE`
 
 
 @jit_inside
@@ -40,9 +38,9 @@ def centre(s, b):
 
 
 @jit_inside
-def function_for(sa, sb, what):
-    """Return the address of a function of two shapes of which one is swept, see `swept.TABLE`."""
-    return types.uint64(whole_at(sb.swept if sb.swept != 0 else sa.swept, what))
+def swept_of(sa, sb):
+    """Return the addresses of functions of two shapes of which one is swept."""
+    return swept_at(sb.swept if sb.swept != 0 else sa.swept, 0)
 
 
 @jit_inside
@@ -56,7 +54,7 @@ def meet(sa, a, sb, b):
     """
     where = sa.meet if sa.meet != 0 and sb.kind != HEIGHT_FIELD else sb.meet
     if where == 0 and sb.kind < PLANE and sb.kind != SPHERE:
-        where = function_for(sa, sb, OF_MEETING)
+        where = swept_of(sa, sb).meet
     if where != 0:
         return ask_meeting(where, sa, a, sb, b)
     from_a, from_b = centre(sa, a), centre(sb, b)
@@ -164,7 +162,7 @@ def lies_over_face(sa, a, sb, b, margin):
     if sa.kind != EDGE or sb.kind != BOX:
         return False
     d = add(sub(load(a.position), load(b.position)), sub(centre(sa, a), centre(sb, b)))
-    return ask_over_face(function_for(sa, sb, OF_FACE), d, half_axis(sa, a), margin, sb, b)
+    return ask_over_face(swept_of(sa, sb).over_face, d, half_axis(sa, a), margin, sb, b)
 
 
 @jit_inside
@@ -177,7 +175,7 @@ def effective_radius(sa, a, sb, b):
     if sa.meet != 0 or sb.meet != 0 or (sb.curve != 0 and sa.kind < DISC):
         where = sa.curve if sa.meet != 0 and sb.kind != HEIGHT_FIELD else sb.curve
     elif sb.kind == SEGMENT or sa.kind == DISC or sa.kind == SIDE:
-        where = function_for(sa, sb, OF_RADIUS)
+        where = swept_of(sa, sb).radius
     if where != 0:
         return ask_radius(where, sa, a, sb, b)
     return sa.radius if sb.kind >= BOX else sa.radius * sb.radius / (sa.radius + sb.radius), (0.0, 0.0, 0.0)

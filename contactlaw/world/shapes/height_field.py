@@ -13,7 +13,7 @@ from functools import lru_cache
 from math import sqrt
 
 from contactlaw.jit import address_of, jit_inside
-from contactlaw.memory import doubles_at
+from contactlaw.world.data.access import field_at
 from contactlaw.world.data.call import ask_beside, ask_deepest, ask_meeting, ask_radius
 from contactlaw.world.data.kinds import DISC, ELLIPSOID, SEGMENT
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
@@ -108,7 +108,7 @@ def meet_beside(sa, a, sb, b, held, arms, normals):
     to_a = sub(between, centre(sb, b))
     c = local(add(to_a, from_a), sb, b)
     h, slopes, _ = surface(sb, within(c[0], sb.half[0]), within(c[1], sb.half[1]))
-    far, n, radius = (c[2] - h) * doubles_at(sb.points)[2], normal(slopes), size(sa)
+    far, n, radius = (c[2] - h) * field_at(sb.points, 0).away, normal(slopes), size(sa)
     if far <= radius:
         if sa.kind == DISC or sa.kind == ELLIPSOID:
             way, radius, c = touching_ball(c, (sa, a, sb, b))

@@ -14,16 +14,15 @@ from contactlaw.world.bodies.bounds import LARGEST_TURN, time_to_close, turning_
 from contactlaw.world.bodies.motion import change_bound, turn_rate, velocity_at
 from contactlaw.world.data.call import ask_deepest, ask_meeting, ask_over_face, ask_radius, ask_time
 from contactlaw.world.data.kinds import DISC, EDGE, SEGMENT, SIDE
-from contactlaw.world.data.records import NEVER
+from contactlaw.world.data.records import NEVER, SWEPT
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub, to_world
 from contactlaw.world.shapes.core import deepest_on_line, lies_over_face, nearest_on_core
 from contactlaw.world.shapes.curvature import radius_between, rim, side_at
-from contactlaw.world.shapes.geometry import OF_FACE, OF_MEETING, OF_RADIUS, OF_TIME, centre, half_axis, round_on_round
+from contactlaw.world.shapes.geometry import centre, half_axis, round_on_round
 from contactlaw.world.shapes.segments import CAPSULE_CROWN, clip, nearest_on_segments
 
 GROWN = 1.5  # bound on the growth of accelerations by rotation within LARGEST_TURN
-TABLE = np.zeros(4, np.uint64)
-"""Addresses of `meet`, `radius`, `predict_side` and `core.lies_over_face`, see `geometry.OF_MEETING`."""
+TABLE = np.zeros(1, SWEPT)
 
 
 def meet(sa, a, sb, b):
@@ -107,6 +106,6 @@ def predict_side(p, sa, a, sb, b, n, arm_a, left):
 @lru_cache
 def address() -> int:
     """Return the address of the table, filled; its functions are compiled on the first call."""
-    TABLE[OF_MEETING], TABLE[OF_RADIUS] = address_of(meet, ask_meeting), address_of(radius, ask_radius)
-    TABLE[OF_TIME], TABLE[OF_FACE] = address_of(predict_side, ask_time), address_of(lies_over_face, ask_over_face)
+    TABLE["meet"], TABLE["radius"] = address_of(meet, ask_meeting), address_of(radius, ask_radius)
+    TABLE["predict"], TABLE["over_face"] = address_of(predict_side, ask_time), address_of(lies_over_face, ask_over_face)
     return TABLE.ctypes.data
