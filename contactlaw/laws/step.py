@@ -17,7 +17,7 @@ def reset(contact, pair, radius):
     contact.state, contact.course, contact.ratio = OPEN, PRESSED, 1.0
     contact.force, contact.elastic, contact.f, contact.g = 0.0, 0.0, 0.0, 0.0
     contact.scale, contact.reach, contact.stiffness = 0.0, 0.0, hertz_stiffness(contact)
-    contact.skew, contact.share = 0.0, 1.0
+    contact.skew, contact.share, contact.slid_limit = 0.0, 1.0, 0.0
 
 
 @jit

@@ -104,7 +104,7 @@ def move_world(head, w, state):
     report_contacts(head, w)
     store_state(head, w, state)
     for i in range(head.free_count):
-        free.set_clearance(head, w, free_at(head.frees, i))
+        free.set_clearance(w, free_at(head.frees, i))
     for k in range(w.nears if head.idle != 0 and w.guard_count + head.tree_count + head.mocap_count == 0 else 0):
         free.reduce_clearance(head, w, near_at(w.near, k))
     return MOVED

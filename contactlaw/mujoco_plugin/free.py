@@ -55,7 +55,7 @@ def pose_in(f, coordinates):
 
 
 @jit
-def set_clearance(head, w, f):
+def set_clearance(w, f):
     """Set how far a body may move until near pairs must be listed anew; its pairs reduce that, see `reduce_clearance`.
 
     Only where no contact is in use, and no two shapes have a guard; else the clearance is negative.
@@ -98,7 +98,7 @@ def stays_clear(head, f):
         path += b.turned * b.reach + turned * sqrt(arm_squared)
         _, arm = frame_of(f, q)
         centre = add(centre, arm)
-        if not same_as_left(head, f.q, 7, f.v, 6):
+        if not same_as_left(head, f):
             return False
     left, moved = f.clearance - path, sub(centre, load(f.cleared))
     return left >= 0.0 and dot(moved, moved) <= left * left
@@ -118,7 +118,7 @@ def read_free(head, f, known):
     push, moment = outer_force(head, f, own, arm)
     store(b.acceleration, axpy(b.inverse_mass, push, load(head.gravity)))
     store(b.torque, moment)
-    same = same_as_left(head, f.q, 7, f.v, 6)
+    same = same_as_left(head, f)
     if same and b.asleep != 0 and b.touched == 0:
         return
     placed = not (known or same)
@@ -175,11 +175,11 @@ def origin_acceleration(b, arm):
 
 
 @jit
-def same_as_left(head, q, q_size, v, v_size):
-    """Return whether some coordinates and velocities, from q and v on, are still those at the end of the last step."""
-    first = 1 + head.nq + v
-    same = same_wholes(shifted(head.start, 1 + q), shifted(head.left, 1 + q), q_size)
-    return same and same_wholes(shifted(head.start, first), shifted(head.left, first), v_size)
+def same_as_left(head, f):
+    """Return whether the coordinates and velocities of a body are still those at the end of the last step."""
+    q, v = 1 + f.q, 1 + head.nq + f.v
+    same = same_wholes(shifted(head.start, q), shifted(head.left, q), 7)
+    return same and same_wholes(shifted(head.start, v), shifted(head.left, v), 6)
 
 
 @jit
