@@ -73,7 +73,7 @@ def serve(block, stage):
         t = tree_at(world_at(head.world, 0).trees, j.tree)
         if stage == FIND:
             find_tree(head, j, t)
-        else:
+        elif t.passes != PASSES:  # what of it was read is of an earlier step
             write_tree(head, j, t)
     return False
 

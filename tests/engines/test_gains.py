@@ -48,3 +48,22 @@ def test_a_jointed_model_gains_nothing_by_its_contacts(integrator, restitution):
         assert energy(data) - flown < first * (1.0 + 1e-2)
     assert touched > 3
     assert energy(data) - flown < first
+
+
+AT_A_STOP = """<mujoco><option timestep="2e-3" integrator="{}"/><worldbody><geom type="plane" size="1 1 .1"/>
+    <body pos="0 0 .03"><joint type="slide" axis="0 0 1"/><geom size=".02" mass=".1"/><body pos=".1 0 .1">
+    <joint name="arm" type="slide" axis="1 0 0" range="-.01 .01"/><geom size=".02" mass=".1"/></body></body></worldbody>
+    <actuator><motor joint="arm"/></actuator></mujoco>"""
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "RK4"])
+def test_what_bounces_with_an_arm_at_its_stop_rises_no_higher(integrator):
+    """Where it passes by everything, nothing that an earlier step found of its limit is written to it."""
+    pair = ContactPair("steel", "steel", friction=0.0, restitution=1.0)
+    model = load_model(AT_A_STOP.format(integrator), [("*", "*", pair)])
+    data, highest = mujoco.MjData(model), 0.0
+    data.ctrl[0] = 1.0
+    for _ in range(400):
+        mujoco.mj_step(model, data)
+        highest = max(highest, data.qpos[0])
+    assert highest < 1e-5  # of a fall of 10 mm; it rose by 3.6 mm more with nothing to lift it
