@@ -7,6 +7,10 @@ is the true one, so that a body at rest has none. If a force lifts a body off it
 that its velocity is then behind includes that force only as far as it acted in the step before: a kick for one step
 would otherwise be half a kick, as the engine does not repeat it in the next step. The half step of the spin keeps the
 energy, see `spin_after`.
+
+The springs of tendons change as the body moves. A body that a contact presses has no half step to make up for that: at
+the start of the next step it gets half a step of the change (the velocity Verlet method). If their force of the start
+alone were held, an oscillation of a body that lies on something would gain omega^2 h/2 of its energy a second.
 """
 
 from math import sqrt
@@ -16,12 +20,12 @@ import numpy as np
 from contactlaw.memory import copy_wholes, same_wholes
 from contactlaw.mujoco_plugin.block import floats, free_at, shifted
 from contactlaw.mujoco_plugin.layout import data_at, jit
-from contactlaw.world.bodies.motion import set_axes, spin_after, spin_rate, update_momentum
+from contactlaw.world.bodies.motion import set_axes, spin_after, spin_change, spin_rate, update_momentum
 from contactlaw.world.contacts.force import is_quasi_static
 from contactlaw.world.data.access import body_at, world_at
 from contactlaw.world.data.quaternion import load4, product, store4, turn_by
 from contactlaw.world.data.records import AGED
-from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, share_of, store, sub
+from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, share_of, store, sub
 from contactlaw.world.shapes.geometry import meet_near
 
 
@@ -140,13 +144,23 @@ def read_free(head, f, known):
 
 
 @jit
-def lead_free(head, f):
-    """Bring the velocity of a body that no contact presses to the time of its position."""
+def lead_free(head, f, springs):
+    """Bring the velocity of a body to the time of its position; of one that is pressed, half a step by its springs.
+
+    springs: their force and moment in the last step that touched it, see `spring_force`, shape (nv,).
+    """
     b = body_at(world_at(head.world, 0).bodies, f.body)
     f.pressed = b.pressed
-    if b.asleep != 0 or b.pressed != 0 or head.lag == 0.0:
+    if b.asleep != 0 or head.lag == 0.0:
         return
-    _, arm = frame_of(f, floats(head.start, 1 + f.q, 7))
+    own, arm = frame_of(f, floats(head.start, 1 + f.q, 7))
+    if b.pressed != 0:
+        push, moment = spring_force(head, f, own, arm)
+        before, wrench = load(springs[f.v :]), load(springs[f.v + 3 :])
+        if before != ZERO or wrench != ZERO:
+            store(b.velocity, axpy(head.lag * b.inverse_mass, sub(push, before), load(b.velocity)))
+            store(b.spin, add(load(b.spin), spin_change(b, scale(head.lag, sub(moment, wrench)))))
+        return
     velocity = axpy(head.lag, origin_acceleration(b, arm), sub(load(b.velocity), cross(load(b.spin), arm)))
     store(b.spin, spin_after(b, load(b.spin), head.lag))
     store(b.velocity, add(velocity, cross(load(b.spin), arm)))
@@ -165,6 +179,14 @@ def outer_force(head, f, own, arm):
     moment = sub(turn_by(own, moment), cross(arm, push))
     extra = shifted(d.xfrc_applied, 6 * f.id)
     return add(push, load(floats(extra, 0, 3))), add(moment, load(floats(extra, 3, 3)))
+
+
+@jit
+def spring_force(head, f, own, arm):
+    """Return force [N] and moment about the centre of mass [N m] of the springs of tendons on a body."""
+    d = data_at(head.data, 0)
+    push = load(floats(d.qfrc_spring, f.v, 3))
+    return push, sub(turn_by(own, load(floats(d.qfrc_spring, f.v + 3, 3))), cross(arm, push))
 
 
 @jit
@@ -203,8 +225,8 @@ def hold_free(head, f):
 def write_free(head, f, pushes_io):
     """Write position and velocity of a body that a contact has touched, or that sleeps, to mjData.
 
-    pushes_io: acceleration and torque, shape (nv,), by forces besides gravity and contacts in the last step that
-    touched.
+    pushes_io: acceleration and torque, shape (nv,), by forces besides gravity, contacts and tendons' springs in the
+    last step that touched; then `spring_force` in it.
     """
     b, d = body_at(world_at(head.world, 0).bodies, f.body), data_at(head.data, 0)
     if b.asleep != 0:
@@ -215,12 +237,17 @@ def write_free(head, f, pushes_io):
     q, v = floats(d.qpos, f.q, 7), floats(d.qvel, f.v, 6)
     own, arm = axes_of(b, f)
     velocity, spin = sub(load(b.velocity), cross(load(b.spin), arm)), load(b.spin)
-    push, moment = sub(load(b.acceleration), load(head.gravity)), load(b.torque)
-    before, wrench = pushes_io[f.v : f.v + 3], pushes_io[f.v + 3 : f.v + 6]
+    before, wrench, springs = pushes_io[f.v :], pushes_io[f.v + 3 :], pushes_io[head.nv + f.v :]
+    start, offset = frame_of(f, floats(head.start, 1 + f.q, 7))
+    pull, turn = spring_force(head, f, start, offset)
+    store(springs, pull)
+    store(springs[3:], turn)
+    steady = axpy(b.inverse_mass, pull, load(head.gravity))
+    push, moment = sub(load(b.acceleration), steady), sub(load(b.torque), turn)
     if b.pressed == 0 and head.lag > 0.0:
         if f.pressed != 0:
-            store(b.acceleration, add(load(head.gravity), share_of(load(before), push)))
-            store(b.torque, share_of(load(wrench), moment))
+            store(b.acceleration, add(steady, share_of(load(before), push)))
+            store(b.torque, add(turn, share_of(load(wrench), moment)))
         velocity = axpy(-head.lag, origin_acceleration(b, arm), velocity)
         spin = spin_after(b, spin, -head.lag)
     store(before, push)

@@ -52,8 +52,9 @@ TENDON_ROWS = sorted({"ten_J_rownnz", "ten_J_rowadr", "ten_J_colind"} & {*(struc
 """The places of the entries of tendons' Jacobians, if the model has them; in older versions they may be dense."""
 
 DATA = structure("mjData")[[
-    "plugin_state", "plugin_data", "time", "qpos", "qvel", "qfrc_passive", "qfrc_applied", "qfrc_actuator",
-    "qfrc_constraint", "qfrc_smooth", "qfrc_bias", "qDeriv", "xfrc_applied", "xpos", "xquat", "qacc", "sensordata",
+    "plugin_state", "plugin_data", "time", "qpos", "qvel", "qfrc_passive", "qfrc_spring", "qfrc_applied",
+    "qfrc_actuator", "qfrc_constraint", "qfrc_smooth", "qfrc_bias", "qDeriv", "xfrc_applied", "xpos", "xquat", "qacc",
+    "sensordata",
     "geom_xpos", "geom_xmat", "xipos", "site_xpos", "site_xmat", "efc_id", "efc_type", "efc_pos", "efc_margin",
     "efc_KBIP", "efc_D", "efc_force", "ne", "nf", "nl", "nefc", "nJ", "efc_J", "efc_J_rownnz", "efc_J_rowadr",
     "efc_J_colind", "actuator_force", "actuator_moment", "moment_rownnz", "moment_rowadr", "moment_colind",

@@ -95,7 +95,7 @@ class Model:
     @property
     def _row(self) -> int:
         """Where the state of the world begins in it."""
-        return PUSH + 2 * self._m.nv + MOVED.itemsize // 8 * len(self._mocaps)
+        return PUSH + 3 * self._m.nv + MOVED.itemsize // 8 * len(self._mocaps)
 
     @property
     def _world_size(self) -> int:
