@@ -139,8 +139,8 @@ def activate(w, now, until):
             sleep = a.asleep != 0 and b.asleep != 0
             if is_left_out(a, b) and not (sleep and a.delta_v + b.delta_v > 0.0):
                 continue
-            if p.active != 0:
-                changed = bound_delta_v(w, p, a, b, length, enough) or changed
+            if p.active != 0:  # what nothing is passed on by has given its bodies all that it can
+                changed = (transmits(a, b) and bound_delta_v(w, p, a, b, length, enough)) or changed
                 continue
             if p.closed == 0 and (not first_pass or sleep or p.toi > until) and not may_close(w, p, now, until):
                 continue

@@ -146,6 +146,27 @@ def test_a_ball_that_pivots_within_a_long_step_does_not_pivot_back(timestep: flo
     assert world.spin[0, 1] == pytest.approx(0.07 / RADIUS, rel=1e-3)
 
 
+def test_friction_takes_mu_times_the_normal_impulse_while_a_slide_vibrates() -> None:
+    """Newton's method then ends at a share of the vibrations, see `implicit.step.solve`."""
+    plastic, dt = Material(3e9, 0.35, 1200.0), 2e-3
+    world, half = World(timestep=dt), np.array([0.03, 0.02, 0.02])
+    body = world.add_body(1.0, (half @ half - half * half) / 3.0, (0.0, 0.0, 0.02))
+    floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    world.add_contact(world.add_box(body, half), floor, ContactPair(plastic, plastic, FRICTION, 0.6))
+    world.step(300)
+    world.place(0, velocity=(0.5, 0.0, 0.0))
+    world.step()
+    before = count(world, "implicit")
+    start, up = world.velocity[0], []
+    for i in range(1, 60):
+        world.step()
+        v = world.velocity[0]
+        up.append(abs(v[2]))
+        assert start[0] - v[0] == pytest.approx(FRICTION * (9.81 * dt * i + v[2] - start[2]), abs=1e-12)
+    assert count(world, "implicit") == before + 59
+    assert max(up) > 1e-5 and up[-1] < 1e-9
+
+
 def test_a_box_on_a_slope_falls_asleep_and_does_not_creep() -> None:
     world = box(2e-3, 0.5)
     first = world.position[0]

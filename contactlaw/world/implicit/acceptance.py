@@ -16,7 +16,7 @@ from contactlaw.world.contacts.force import (
 from contactlaw.world.contacts.pace import radius_of, stays_closed
 from contactlaw.world.contacts.touch import TOUCHING
 from contactlaw.world.data.access import body_at, contact_at, near_at, row_at, shape_at, tree_at
-from contactlaw.world.data.kinds import DISC, SIDE
+from contactlaw.world.data.kinds import DISC, SEGMENT, SIDE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.saved import saved_contact
 from contactlaw.world.data.vec import cross, dot, load, norm, sub, to_body, to_world
@@ -153,6 +153,22 @@ def is_steady(w, bodies, pairs):
         r = row_at(w.rows, i)
         if r.slot >= 0 and not is_quasi_static(contact_at(w.contacts, r.slot), 1.0):
             return False
+    return True
+
+
+@jit_inside
+def all_slide(w, pairs):
+    """Return whether all closed contacts of an island slide as a whole, against friction, at the start of the step.
+
+    Only balls and corners: on sides, edges and rims a contact runs along with tilt, which Newton's matrix hardly knows.
+    """
+    for i in range(pairs):
+        r = row_at(w.rows, i)
+        if r.slot >= 0:
+            c = contact_at(w.contacts, r.slot)
+            runs = shape_at(w.shapes, c.shape_a).kind >= SEGMENT
+            if runs or c.touch.friction == 0.0 or not slips_fully(c.touch):
+                return False
     return True
 
 

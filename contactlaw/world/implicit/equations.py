@@ -53,19 +53,18 @@ def vector_of(w, number):
 
 @jit_inside
 def factorise(w):
-    """Replace H by its factors L and U. Pivots are not chosen: masses keep them from zero."""
+    """Replace H by its factors L and U, of U the inverse diagonal. No pivots are chosen: masses keep them from zero."""
     h, first = matrix(w), vector_of(w, ENVELOPE)
     for i in range(w.unknowns):
-        start = int(first[i])
+        start, pivot = int(first[i]), h[i, i]
         for j in range(start, i):
             lower, upper = h[i, j], h[j, i]
             for k in range(max(start, int(first[j])), j):
                 lower -= h[i, k] * h[k, j]
                 upper -= h[j, k] * h[k, i]
-            h[i, j] = lower / h[j, j]
-            h[j, i] = upper
-        for k in range(start, i):
-            h[i, i] -= h[i, k] * h[k, i]
+            h[i, j], h[j, i] = lower * h[j, j], upper
+            pivot -= h[i, j] * upper
+        h[i, i] = 1.0 / pivot
 
 
 @jit_inside
@@ -76,6 +75,6 @@ def substitute(w):
         for k in range(int(first[i]), i):
             x[i] -= h[i, k] * x[k]
     for i in range(w.unknowns - 1, -1, -1):
-        x[i] /= h[i, i]
+        x[i] *= h[i, i]
         for k in range(int(first[i]), i):
             x[k] -= h[k, i] * x[i]

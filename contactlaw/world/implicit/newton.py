@@ -129,11 +129,11 @@ def rounding_scale(n, b):
 
 
 @jit_inside
-def evaluate_contact(w, r, stage):
+def evaluate_contact(w, r, stage, again):
     """Evaluate the contact of a row at the bodies' places, and add its impulse over a stage [s] to the residual.
 
-    An open pair that overlaps there is closed. Returns whether the contact has moved by more than its tolerance since
-    the last iteration, and the velocity [m/s] that corresponds to this tolerance.
+    again: whether it has been evaluated since it was saved. An open pair that overlaps there is closed. Returns whether
+    the contact has moved by more than its tolerance since the last iteration, and the velocity [m/s] of that tolerance.
     """
     p = near_at(w.near, r.near)
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
@@ -147,7 +147,8 @@ def evaluate_contact(w, r, stage):
             return False, NEVER
         r.slot, r.fresh = p.slot, 1
         save_contact(w, r.slot)
-    restore_contact(w, r.slot)
+    if again:
+        restore_contact(w, r.slot)
     c = contact_at(w.contacts, r.slot)
     measure(w, c, a, b)
     t, n, e = c.touch, load(c.normal), load(c.tangent)
@@ -163,7 +164,8 @@ def evaluate_contact(w, r, stage):
     if t.overlap <= 0.0:  # opened by this iteration, so not converged unless it hardly moves
         t.force, t.f, t.g = 0.0, 0.0, 0.0
         return along > rounding - CONVERGED * t.overlap, NEVER
-    restore_history(w, r.slot)
+    if again:
+        restore_history(w, r.slot)
     advance_contact(w, c, r.slot, load(c.moved), slide, 0.0, (0.0, 0.0))
     law = law_of(w, pair_at(w.pairs, c.pair))
     if law.rolling != 0.0:

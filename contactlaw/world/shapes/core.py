@@ -89,6 +89,19 @@ def change_of(e, count, other, q, less, s):
 
 
 @jit_inside
+def length_and_direction(e):
+    """Return the length of a vector and its direction; along an axis, as over a face, without a root."""
+    if e[0] == 0.0 == e[1]:
+        return abs(e[2]), (0.0, 0.0, copysign(1.0, e[2]))
+    if e[1] == 0.0 == e[2]:
+        return abs(e[0]), (copysign(1.0, e[0]), 0.0, 0.0)
+    if e[2] == 0.0 == e[0]:
+        return abs(e[1]), (0.0, copysign(1.0, e[1]), 0.0)
+    length = norm(e)
+    return length, scale(1.0 / length, e)
+
+
+@jit_inside
 def way_out(p, s):
     """Return minus the depth of a point within a core, and the direction out through the nearest face or the side."""
     x, y, z = p
@@ -115,9 +128,9 @@ def nearest_on_core(d, s, b, rounding):
     """
     p = local(d, s, b)
     e = excess_of(p, s, rounding)
-    distance = norm(e)
+    distance, n = length_and_direction(e)
     if distance > 0.0:
-        distance, n = distance - rounding, scale(1.0 / distance, e)
+        distance -= rounding
     else:
         distance, n = way_out(p, s)
     return distance, to_world(b.axes, to_world(s.axes, n))
