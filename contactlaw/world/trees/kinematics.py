@@ -28,9 +28,29 @@ def vector(address, size):
     return carray(doubles_at(address), size)
 
 
+@jit_inside
+def add_to_coordinates(t):
+    """Move the coordinates by x, in the sense of velocities; poses stay behind."""
+    q, x = vector(t.q, t.q_size), vector(t.x, t.v_size)
+    for i in range(t.joint_count):
+        joint = joint_at(t.joints, i)
+        k, m = joint.first_q, joint.first_axis
+        if joint.kind >= SLIDE:
+            q[k] += x[m]
+            continue
+        if joint.kind == FREE_JOINT:
+            for n in range(3):
+                q[k + n] += x[m + n]
+            k, m = k + 3, m + 3
+        own = unit(product((q[k], q[k + 1], q[k + 2], q[k + 3]), rotation((x[m], x[m + 1], x[m + 2]))))
+        for n in range(4):
+            q[k + n] = own[n]
+
+
 def move(t):
     """Move the coordinates by x, in the sense of velocities; sets poses of bodies and links, and the axes."""
-    q, x = vector(t.q, t.q_size), vector(t.x, t.v_size)
+    add_to_coordinates(t)
+    q = vector(t.q, t.q_size)
     for i in range(t.count):
         link = link_at(t.links, i)
         if link.parent >= 0:
@@ -43,12 +63,10 @@ def move(t):
         for j in range(link.first_joint, link.first_joint + link.joints):
             joint = joint_at(t.joints, j)
             if joint.kind == FREE_JOINT:
-                for k in range(3):
-                    q[joint.first_q + k] += x[joint.first_axis + k]
                 place = (q[joint.first_q], q[joint.first_q + 1], q[joint.first_q + 2])
             if i == 0 and j == 0:
                 store(t.origin, place)
-            place, turn = apply_joint(t, joint, place, turn, q, x)
+            place, turn = apply_joint(t, joint, place, turn, q)
         store(link.place, place)
         store4(link.turn, turn)
         b = body_at(t.bodies, i)
@@ -58,41 +76,37 @@ def move(t):
 
 
 @jit_inside
-def apply_joint(t, joint, place, turn, q, x):
+def apply_joint(t, joint, place, turn, q):
     """Return position and quaternion of a link's frame after one of its joints, and set the joint's axes."""
-    k, m = joint.first_q, joint.first_axis
+    k, m, at = joint.first_q, joint.first_axis, load(joint.at)
     if joint.kind >= SLIDE:  # a slide or a hinge
-        q[k] += x[m]
         angle, axis = q[k] - joint.reference, turn_by(turn, load(joint.axis))
         if joint.kind == SLIDE:
             set_axis(t, m, ZERO, axis)
             return axpy(angle, axis, place), turn
-        anchor = add(place, turn_by(turn, load(joint.at)))
+        anchor = add(place, turn_by(turn, at)) if at != ZERO else place
         set_axis(t, m, axis, cross(sub(anchor, load(t.origin)), axis))
         s = sin(0.5 * angle)
         own = joint.axis
         turn = product(turn, (cos(0.5 * angle), s * own[0], s * own[1], s * own[2]))
-        return sub(anchor, turn_by(turn, load(joint.at))), turn
+        return sub(anchor, turn_by(turn, at)) if at != ZERO else place, turn
     anchor = place
     if joint.kind == BALL:
-        anchor = add(place, turn_by(turn, load(joint.at)))
+        anchor = add(place, turn_by(turn, at))
     else:
         turn = (1.0, 0.0, 0.0, 0.0)
         set_axis(t, m, ZERO, (1.0, 0.0, 0.0))
         set_axis(t, m + 1, ZERO, (0.0, 1.0, 0.0))
         set_axis(t, m + 2, ZERO, (0.0, 0.0, 1.0))
         k, m = k + 3, m + 3
-    own = unit(product((q[k], q[k + 1], q[k + 2], q[k + 3]), rotation((x[m], x[m + 1], x[m + 2]))))
-    for i in range(4):
-        q[k + i] = own[i]
-    turn = product(turn, own)
+    turn = product(turn, (q[k], q[k + 1], q[k + 2], q[k + 3]))
     arm = sub(anchor, load(t.origin))
     for i in range(3):
         one = (1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0)
         axis = turn_by(turn, one)
         set_axis(t, m + i, axis, cross(arm, axis))
     if joint.kind == BALL:
-        place = sub(anchor, turn_by(turn, load(joint.at)))
+        place = sub(anchor, turn_by(turn, at))
     return place, turn
 
 

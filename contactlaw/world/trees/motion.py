@@ -1,6 +1,6 @@
 """Motion of a tree of bodies between contacts: in free flight, and in the substeps of a leapfrog.
 
-    flight     Runge-Kutta steps of q' = v, v' = a(q, v), of fourth order
+    flight     Runge-Kutta steps of q' = v, v' = a(q, v), of fourth order; short ones of second order
     drift      q <- q + h v + h^2/2 a,  v <- v + h a,  all of the tree's bodies at q
 
 Damping that the steps of a flight are too long to follow is linearly implicit: M + h/2 D replaces M. Steady velocities
@@ -23,7 +23,7 @@ from contactlaw.world.data.call import call_on_tree
 from contactlaw.world.data.records import PLACED
 from contactlaw.world.data.vec import add, load, norm, scale, store, sub
 from contactlaw.world.trees.dynamics import response_of
-from contactlaw.world.trees.kinematics import vector
+from contactlaw.world.trees.kinematics import add_to_coordinates, spread_velocity, vector
 from contactlaw.world.trees.mobility import accelerate, apply_pending, clear, copy, leave_placed, move_bodies
 
 HOLD = 4  # substeps for which M and a are held at most
@@ -36,6 +36,9 @@ LARGEST_TURN, MOST = 0.1, 1e4  # [rad] of a Runge-Kutta step; number of steps of
 # [rad] the same, at most, and as a share of the turn in a step of the world: velocities of arms that are driven at
 # random are then right to 1e-5 (9 flights in 10), where an engine's step has them right to 1e-2
 FAST_TURN, SHARE = 0.35, 0.1
+# [rad], or lost share of a velocity, up to which a step is of second order, right to 4e-8, if it is so small a part of
+# the world's
+SHORT_TURN, SHORT = 0.01, 0.1
 LARGEST_DECAY = 0.5  # share of a velocity lost by damping in such a step
 LARGEST_LAG = 2.0  # rate of damping times a group of substeps up to which the midpoint rule does not oscillate
 STIFF = 4.0  # times more steps of a flight for damping at most; faster damping is implicit
@@ -51,9 +54,33 @@ def fly(b, until):
         steps = max(min(ceil(abs(left) * t.change_rate / turn), MOST), ceil(abs(left) / longest - 1e-6))
         h = left / steps
         left = left - h if steps > 1.0 else 0.0
-        runge_kutta(t, h, left != 0.0 or until != t.span)
+        more = left != 0.0 or until != t.span
+        if abs(h) * max(t.change_rate, t.decay) < SHORT_TURN and abs(h) < SHORT * t.span:
+            midpoint(t, h, more)
+        else:
+            runge_kutta(t, h, more)
     for i in range(t.count):
         body_at(t.bodies, i).time = until
+
+
+@jit_inside
+def midpoint(t, h, more):
+    """Take one step of h [s] of second order, see `runge_kutta`."""
+    n = t.v_size
+    q, v, a = vector(t.q, t.q_size), vector(t.v, n), vector(t.a, n)
+    q0, v0 = vector(t.room, t.q_size), vector(t.room + 8 * t.q_size, n)
+    copy(q, q0)
+    copy(v, v0)
+    combine(t, 0.5 * h, v, 0.0, v)
+    for k in range(n):
+        v[k] += 0.5 * h * a[k]
+    move_bodies(t)
+    call_on_tree(t.accelerate, t)
+    copy(q0, q)
+    combine(t, h, v, 0.0, v)
+    for k in range(n):
+        v[k] = v0[k] + h * a[k]
+    end_step(t, h, more)
 
 
 @jit_inside
@@ -84,7 +111,7 @@ def runge_kutta(t, h, more):
         copy(q0, q)
         if last:
             combine(t, 0.5 * h, v0, 0.0, v)
-            call_on_tree(t.move, t)
+            add_to_coordinates(t)
         combine(t, part, v, -0.5 * h if last else 0.0, v0)
         for k in range(n):
             v[k] = v0[k] + part * a[k]
@@ -98,11 +125,17 @@ def runge_kutta(t, h, more):
         middle[k] = 2.0 * middle[k] + 2.0 * v0[k] + v[k]  # v1 + 2 v2 + 2 v3 + v4; and v4 - v1 in v
     copy(q0, q)
     combine(t, h / 12.0, middle, -h / 6.0, v)
-    call_on_tree(t.move, t)
+    add_to_coordinates(t)
     combine(t, h / 12.0, middle, h / 6.0, v)
     for k in range(n):
         v[k] = v0[k] + h / 6.0 * gained[k]
     t.lag = 0.0
+    end_step(t, h, more)
+
+
+@jit_inside
+def end_step(t, h, more):
+    """Move a tree by x to the end of a step of h [s] of its flight; more: whether it needs accelerations there."""
     move_bodies(t)
     if more:
         accelerate(t)
@@ -141,7 +174,10 @@ def drift(b, h):
     for k in range(n):
         x[k] = h * (v[k] + 0.5 * h * before[k])
         v[k] += 0.5 * h * (before[k] + a[k])
-    move_bodies(t)
+    if fresh and t.hold == 0:  # the bodies are there
+        spread_velocity(t)
+    else:
+        move_bodies(t)
     for k in range(n if fresh else 0):
         before[k] = 0.25 * h * h * (before[k] - a[k])  # by which x is more than the mean of both v has it
     for i in range(t.count):
@@ -159,6 +195,8 @@ def drift(b, h):
 @jit_inside
 def predict_midpoint(t, h):
     """Find mass matrix and accelerations for the next substeps of h [s], at the middle of the kicks that end these.
+
+    For a single substep that is where it ends: coordinates and bodies stay there. Otherwise coordinates are set back.
 
     A contact force acts where the tree is, and M belongs to where it was a time T before or will be: torques on a link
     and on what that carries do not cancel. An error of its rate turns the link by T times that, which changes the rate
@@ -185,12 +223,12 @@ def predict_midpoint(t, h):
     copy(v, v0)
     for k in range(n):
         damped[k] = v[k] + 0.5 * h * a[k]
-        begun = v[k] - known * push[k]
+        x[k] = half * (v[k] + 0.5 * half * a[k] + 0.5 * (kicks - known) * push[k])
         v[k] += half * a[k] + kicks * push[k]
-        x[k] = 0.5 * half * (begun + v[k])
     move_bodies(t)
     t.midway = 0 if stiff else 1
     accelerate(t)
     t.lag, t.midway = 0.0, 0
-    copy(q0, q)
+    if t.hold > 1:
+        copy(q0, q)
     copy(v0, v)
