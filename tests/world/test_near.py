@@ -64,6 +64,18 @@ def test_near_pairs_of_a_lattice_grow_as_its_balls(count):
     assert int(world.arrays.world["nears"][0]) == 2 * count - 20 - count // 20
 
 
+def test_two_boxes_do_not_widen_the_margins_of_many_balls():
+    """They have parts; where most shapes have, margins are for four times as many steps."""
+    world = World(gravity=0.0, timestep=2e-3)
+    row = [world.add_sphere(world.add_body(0.03, 1e-6, (0.06 * i, 0.0, 0.0)), 0.01) for i in range(20)]
+    boxes = [world.add_box(world.add_body(1.0, 1e-3, (0.0, 0.0, z)), BOX) for z in (9.0, 99.0)]
+    world.add_contact([*row, *boxes], [*row, *boxes], ContactPair("steel", "steel", 0.1))
+    for i in range(20):
+        world.place(i, velocity=(0.0, 1.0, 0.0))
+    world.step()
+    assert world.arrays.world["nears"][0] == 0
+
+
 def test_moving_balls_meet_whoever_comes_in_their_way():
     """In a crowd, lists last a step: a fast ball drives through those at rest, and none is passed unseen."""
     world = World(gravity=0.0, timestep=2e-3)

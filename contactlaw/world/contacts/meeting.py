@@ -3,7 +3,7 @@
 from contactlaw.jit import jit_inline, jit_inside
 from contactlaw.world.data.access import contact_at, near_at, shape_at
 from contactlaw.world.data.call import ask_separation
-from contactlaw.world.data.kinds import BOX, EDGE, ELLIPSOID
+from contactlaw.world.data.kinds import BOX, EDGE, ELLIPSOID, SEGMENT
 from contactlaw.world.data.quaternion import rotate
 from contactlaw.world.data.vec import add, dot, load, norm, sub
 from contactlaw.world.shapes.core import set_back
@@ -26,10 +26,19 @@ SAME = 1e-3  # of the radius of shape A, up to which two places on a height fiel
 @jit_inline
 def meet_contact(c, sa, a, sb, b):
     """Return `geometry.meet` for a closed contact, whose last overlap and normal are known."""
-    found = meet(sa, a, sb, b)
+    found = meet(sa, a, sb, b, place_along(c, sa, a))
     if sb.separation == 0 or sb.kind == ELLIPSOID or not found[0] > 0.5 * overlap_of_cores(sa, sb):
         return found
     return meet_sunk(c, sa, a, sb, b, found)
+
+
+@jit_inside
+def place_along(c, sa, a):
+    """Return where a contact was last along a segment or an edge A, -1 to 1 from end to end; of other shapes zero."""
+    if sa.kind != SEGMENT and sa.kind != EDGE:
+        return 0.0
+    u = half_axis(sa, a)
+    return clip(dot(sub(load(c.arm_a), centre(sa, a)), u) / dot(u, u))
 
 
 @jit_inside
@@ -49,9 +58,7 @@ def meet_sunk(c, sa, a, sb, b, found):
         most, where = max_overlap(sa, sb), sb.separation
         swept = most if sa.kind < BOX else (1.0 - BACK) * most
         if sa.kind == EDGE:
-            u = half_axis(sa, a)
-            back, _, _ = set_back(sa, u, clip(dot(sub(load(c.arm_a), centre(sa, a)), u) / dot(u, u)))
-            swept -= back
+            swept -= set_back(sa, half_axis(sa, a), place_along(c, sa, a))[0]
         least = swept
     if not found[0] > SUNK * least:
         return found

@@ -32,7 +32,7 @@ ask_beside: Any = caller(
     )
 )
 ask_deepest: Any = caller(types.Tuple((VECTOR, NUMBER))(*TWO, VECTOR))
-ask_meeting: Any = caller(types.Tuple((NUMBER, VECTOR, VECTOR, VECTOR))(*TWO))
+ask_meeting: Any = caller(types.Tuple((NUMBER, VECTOR, VECTOR, VECTOR))(*TWO, NUMBER))
 ask_nearest: Any = caller(
     types.Tuple((VECTOR, NUMBER, VECTOR, types.UniTuple(VECTOR, 3)))(*TWO, VECTOR, NUMBER, types.UniTuple(VECTOR, 3))
 )

@@ -15,7 +15,7 @@ from contactlaw.jit import jit_inside
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.contacts.touch import begin_contact, end_contact, release
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at
-from contactlaw.world.data.kinds import END, PLANE, TANGENT
+from contactlaw.world.data.kinds import BOX, END, PLANE, TANGENT
 from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED
 from contactlaw.world.data.vec import ZERO, add, load, norm, store, sub
 from contactlaw.world.near.guards import EXCEEDED, SLACK, separate, surface_speed
@@ -25,7 +25,7 @@ from contactlaw.world.shapes.geometry import centre, meet
 # Steps that margins last at present speeds. More where few bodies have many shapes: the cost of listing grows with the
 # shapes, that of going through the list in each window with the bodies.
 MARGIN_STEPS = 4.0
-PARTS_MARGIN_STEPS = 16.0  # the same where shapes have parts: guards tell cheaply which of these are near
+PARTS_MARGIN_STEPS = 16.0  # the same where most shapes have parts: guards tell cheaply which of these are near
 BRIEF_STEPS = 3.0  # the same where near pairs are listed in each step: `near.passing` looks two steps ahead of its end
 # Bodies among which margins last one step: each step has many windows, and each goes through the list. These margins
 # allow for impacts too, see `set_margins`.
@@ -48,13 +48,16 @@ def list_near(w):
 
     The margins are for several steps, or for one step if the arrays are too small for that many near pairs.
     """
-    lost, wholes, ends, parts = w.lost, 0, 0, 0
+    lost, wholes, ends, solids, cores, parts = w.lost, 0, 0, 0, 0, 0
     for i in range(w.shape_count):
         kind, part = shape_at(w.shapes, i).kind, is_part(shape_at(w.shapes, i))
         wholes += 0 if part else 1
-        parts += 1 if part and kind < PLANE else 0
         ends += 1 if kind == END else 0
-    lasts = PARTS_MARGIN_STEPS if parts > 0 else MARGIN_STEPS * max(sqrt(wholes) / w.body_count, 1.0)
+        solids += 1 if not part and kind != END and kind < PLANE else 0
+        cores += 1 if BOX <= kind < PLANE else 0
+        parts += 1 if part and kind < PLANE else 0
+    have_parts = parts > 0 and 2 * cores >= solids
+    lasts = PARTS_MARGIN_STEPS if have_parts else MARGIN_STEPS * max(sqrt(wholes) / w.body_count, 1.0)
     lasts = min(lasts, BRIEF_STEPS) if w.brief != 0 else lasts
     few = wholes - ends <= FEW
     link_contacts(w)

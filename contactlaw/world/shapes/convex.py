@@ -31,7 +31,7 @@ def radius(sa, a, sb, b):
     at, u = 0.0, ZERO
     if sa.kind == SEGMENT or sa.kind == EDGE:
         u = to_world(a.axes, load(sa.half))
-        at, _, (_, count, e, _) = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b))
+        at, _, (_, count, e, _) = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b), 0.0)
         if sa.kind == EDGE and count < 3.0:
             return sqrt(sa.radius * sb.radius), ZERO
     else:
@@ -40,7 +40,7 @@ def radius(sa, a, sb, b):
     return radius_between(side_at(sa, u, at, CROWN), feature(sb.radius, count, e))
 
 
-def meet(sa, a, sb, b):
+def meet(sa, a, sb, b, along):
     """`geometry.meet` with a hull."""
     radius_a, radius_b, from_a, u = sa.radius, sb.radius, centre(sa, a), ZERO
     if sa.kind == DISC:
@@ -49,7 +49,7 @@ def meet(sa, a, sb, b):
         v, y, _, _ = nearest(sa, a, sb, b, offset)
     elif sa.kind == SEGMENT or sa.kind == EDGE:
         u = to_world(a.axes, load(sa.half))
-        at, radius_a, (v, _, _, _) = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b))
+        at, radius_a, (v, _, _, _) = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b), along)
         y = sub(add(sub(load(a.position), load(b.position)), axpy(at, u, from_a)), v)
     else:
         v, y, _, _ = nearest(sa, a, sb, b, ZERO)

@@ -169,22 +169,23 @@ def set_back(s, u, at):
 
 
 @jit_inside
-def deepest_on_line(d, u, rounding, shapes):
+def deepest_on_line(d, u, rounding, shapes, at):
     """Find the deepest point of a capsule's side, or of a core's edge, in a core.
 
     Returns its place -1..1 along the half axis u, its radius [m], and the result of `excess_at` there.
 
-    d: from the core's centre to the segment's middle, world frame. shapes: as for `excess_at`. On a face a capsule lies
-    on its ends and a box on its corners; sides and edges meet edges. They are set back by c(s), see `set_back`, so that
-    they do not share the load of the ends, and so that the deepest point is unique and moves continuously: it is the
-    minimum of D + c, at distance D, the root of D (D' + c') = e.q + D c', e being the excess and q half the axis. That
-    grows with s by q.Hq + D c'' + c' e.q/D, and on cores with flat faces is almost piecewise linear.
+    d: from the core's centre to the segment's middle, world frame. shapes: as for `excess_at`. at: where to begin. On a
+    face a capsule lies on its ends and a box on its corners; sides and edges meet edges. They are set back by c(s), see
+    `set_back`, so that they do not share the load of the ends, and so that the deepest point is unique and moves
+    continuously: it is the minimum of D + c, at distance D, the root of D (D' + c') = e.q + D c', e being the excess
+    and q half the axis. That grows with s by q.Hq + D c'' + c' e.q/D, and on cores with flat faces is almost piecewise
+    linear.
     """
     own, s, b = shapes[0], shapes[2], shapes[3]
     p, q, same = d, u, CONVERGED_ON_HULL
     if s.kind != HULL:
         p, q, same = local(d, s, b), local(u, s, b), CONVERGED
-    low, high, at, back, found = -2.0, 2.0, 0.0, 0.0, NOWHERE
+    low, high, back, found = -2.0, 2.0, 0.0, NOWHERE
     for _ in range(ITERATIONS):
         found = excess_at(p, scale(at, q), rounding, shapes, found)
         e, count, other, _ = found

@@ -185,7 +185,7 @@ def radius(sa, a, sb, b):
     rounding = sb.radius if sa.kind >= EDGE else 0.0
     if sa.kind >= SEGMENT:
         u = to_world(a.axes, load(sa.half))
-        at, _, _ = deepest_on_line(d, u, rounding, (sa, a, sb, b))
+        at, _, _ = deepest_on_line(d, u, rounding, (sa, a, sb, b), 0.0)
     e = excess_of(local(axpy(at, u, d), sb, b), sb, rounding)
     axis = to_world(b.axes, to_world(sb.axes, (0.0, 0.0, 1.0)))
     out = e[0] != 0.0 or e[1] != 0.0

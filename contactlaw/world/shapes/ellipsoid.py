@@ -229,7 +229,7 @@ def nearest_to_ellipsoid(sa, a, sb, b):
     return kept, best, axpy(-best, kept, add(between, facing(sa, a, scale(-1.0, kept)))), 3, ZERO, sb.radius
 
 
-def meet(sa, a, sb, b):
+def meet(sa, a, sb, b, _along):
     """`geometry.meet` with an ellipsoid; the point of contact is in the middle between both surfaces."""
     d = sub(load(a.position), load(b.position))
     if sb.kind == PLANE:

@@ -44,8 +44,10 @@ def swept_of(sa, sb):
 
 
 @jit_inside
-def meet(sa, a, sb, b):
+def meet(sa, a, sb, b, along=0.0):
     """Return overlap [m], normal from B to A, and the arms of the point of contact from both centres of mass [m].
+
+    along: where the search for the deepest point of a segment or an edge A begins, -1 to 1 from end to end.
 
     The forces on both bodies act at one point on the line of the centres, so that their moments cancel. Between two
     round shapes the point divides the distance as the radii do; on a plane or a core (a box, cylinder or hull) it is
@@ -56,7 +58,7 @@ def meet(sa, a, sb, b):
     if where == 0 and sb.kind < PLANE and sb.kind != SPHERE:
         where = swept_of(sa, sb).meet
     if where != 0:
-        return ask_meeting(where, sa, a, sb, b)
+        return ask_meeting(where, sa, a, sb, b, along)
     from_a, from_b = centre(sa, a), centre(sb, b)
     d = add(sub(load(a.position), load(b.position)), sub(from_a, from_b))
     if sb.kind == SPHERE:

@@ -133,7 +133,7 @@ def meet_beside(sa, a, sb, b, held, arms, normals):
     return radius - far, n, arm, add(arm, between)
 
 
-def meet(sa, a, sb, b):
+def meet(sa, a, sb, b, _along):
     """`geometry.meet` of a round shape and a height field; where they are clearly apart, a lower bound on the gap."""
     return ask_beside(sb.nearest, sa, a, sb, b, NEAREST, NO_PLACES, NO_PLACES)
 
@@ -144,7 +144,7 @@ def radius(sa, a, sb, b):
         return rim(sa, a)
     if sa.kind != ELLIPSOID:
         return sa.radius, ZERO
-    _, n, _, _ = ask_meeting(sb.meet, sa, a, sb, b)
+    _, n, _, _ = ask_meeting(sb.meet, sa, a, sb, b, 0.0)
     return radius_between(curved(sa, a, n), feature(0.0, 3, ZERO))
 
 

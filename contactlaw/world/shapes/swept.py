@@ -25,7 +25,7 @@ GROWN = 1.5  # bound on the growth of accelerations by rotation within LARGEST_T
 TABLE = np.zeros(1, SWEPT)
 
 
-def meet(sa, a, sb, b):
+def meet(sa, a, sb, b, along):
     """`geometry.meet` of any round shape with a segment, a box or a cylinder."""
     from_a, from_b = centre(sa, a), centre(sb, b)
     d = add(sub(load(a.position), load(b.position)), sub(from_a, from_b))
@@ -38,7 +38,7 @@ def meet(sa, a, sb, b):
     radius, rounding = sa.radius, sb.radius if sa.kind >= EDGE else 0.0
     if sa.kind == SEGMENT or sa.kind == EDGE:
         u = half_axis(sa, a)
-        s, radius, _ = deepest_on_line(d, u, rounding, (sa, a, sb, b))
+        s, radius, _ = deepest_on_line(d, u, rounding, (sa, a, sb, b), along)
         d, from_a = axpy(s, u, d), axpy(s, u, from_a)
     elif sa.kind == DISC or sa.kind == SIDE:
         offset, radius = ask_deepest(sa.deepest, sa, a, sb, b, d)
