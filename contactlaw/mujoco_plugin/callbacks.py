@@ -74,7 +74,7 @@ def move_world(head, w, state):
         if head.tree_count > 0 and body_at(w.bodies, 1 + i).asleep == 0:
             w.stale, w.brief = 1, 1  # what is listed near it decides which trees pass: it must be what is near now
     for i in range(head.mocap_count):
-        read_mocap(head, w, mocap_at(head.mocaps, i), moved_at(shifted(state.ctypes.data, PUSH + 3 * head.nv), i))
+        read_mocap(head, w, mocap_at(head.mocaps, i), moved_at(shifted(state.ctypes.data, PUSH + 2 * head.nv), i))
     run_trees(head, FIND)
     if head.tree_count == 0 and head.mocap_count == 0 and is_at_rest(w):
         for i in range(head.free_count):
@@ -94,7 +94,7 @@ def move_world(head, w, state):
     if run_trees(head, READ) and head.free_count + head.mocap_count == 0 and head.idle != 0:
         return MOVED
     for i in range(head.free_count):
-        free.lead_free(head, free_at(head.frees, i), state[PUSH + 2 * head.nv :])
+        free.lead_free(head, free_at(head.frees, i))
     call_step(address(w, STEP), w, head.step_size, FIXED_ROOM)
     end_near(head, w)
     call_step(address(w, STEP), w, head.step_size, FIND_PRESSED)

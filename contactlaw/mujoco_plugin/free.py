@@ -144,23 +144,17 @@ def read_free(head, f, known):
 
 
 @jit
-def lead_free(head, f, springs):
-    """Bring the velocity of a body to the time of its position; of one that is pressed, half a step by its springs.
-
-    springs: their force and moment in the last step that touched it, see `spring_force`, shape (nv,).
-    """
+def lead_free(head, f):
+    """Bring the velocity of a body to the time of its position; of one that is pressed, half a step by its springs."""
     b = body_at(world_at(head.world, 0).bodies, f.body)
     f.pressed = b.pressed
     if b.asleep != 0 or head.lag == 0.0:
         return
-    own, arm = frame_of(f, floats(head.start, 1 + f.q, 7))
     if b.pressed != 0:
-        push, moment = spring_force(head, f, own, arm)
-        before, wrench = load(springs[f.v :]), load(springs[f.v + 3 :])
-        if before != ZERO or wrench != ZERO:
-            store(b.velocity, axpy(head.lag * b.inverse_mass, sub(push, before), load(b.velocity)))
-            store(b.spin, add(load(b.spin), spin_change(b, scale(head.lag, sub(moment, wrench)))))
+        if head.pulled != 0:
+            follow_springs(head, f, b)
         return
+    _, arm = frame_of(f, floats(head.start, 1 + f.q, 7))
     velocity = axpy(head.lag, origin_acceleration(b, arm), sub(load(b.velocity), cross(load(b.spin), arm)))
     store(b.spin, spin_after(b, load(b.spin), head.lag))
     store(b.velocity, add(velocity, cross(load(b.spin), arm)))
@@ -182,11 +176,25 @@ def outer_force(head, f, own, arm):
 
 
 @jit
-def spring_force(head, f, own, arm):
-    """Return force [N] and moment about the centre of mass [N m] of the springs of tendons on a body."""
-    d = data_at(head.data, 0)
+def spring_force(head, f):
+    """Return force [N] and moment [N m] of tendons' springs on a body at the start of the step, and what the state has.
+
+    The moment is about the centre of mass; the state has both of the last step that touched the body, six numbers.
+    """
+    d, (own, arm) = data_at(head.data, 0), frame_of(f, floats(head.start, 1 + f.q, 7))
     push = load(floats(d.qfrc_spring, f.v, 3))
-    return push, sub(turn_by(own, load(floats(d.qfrc_spring, f.v + 3, 3))), cross(arm, push))
+    moment = sub(turn_by(own, load(floats(d.qfrc_spring, f.v + 3, 3))), cross(arm, push))
+    return push, moment, floats(d.plugin_state, head.state + head.row - head.pulled + f.v, 6)
+
+
+@jit
+def follow_springs(head, f, b):
+    """Let a body that is pressed have half a step of the change of its springs' force since the last step."""
+    push, moment, kept = spring_force(head, f)
+    before, wrench = load(kept), load(kept[3:])
+    if before != ZERO or wrench != ZERO:
+        store(b.velocity, axpy(head.lag * b.inverse_mass, sub(push, before), load(b.velocity)))
+        store(b.spin, add(load(b.spin), spin_change(b, scale(head.lag, sub(moment, wrench)))))
 
 
 @jit
@@ -226,7 +234,7 @@ def write_free(head, f, pushes_io):
     """Write position and velocity of a body that a contact has touched, or that sleeps, to mjData.
 
     pushes_io: acceleration and torque, shape (nv,), by forces besides gravity, contacts and tendons' springs in the
-    last step that touched; then `spring_force` in it.
+    last step that touched.
     """
     b, d = body_at(world_at(head.world, 0).bodies, f.body), data_at(head.data, 0)
     if b.asleep != 0:
@@ -237,17 +245,18 @@ def write_free(head, f, pushes_io):
     q, v = floats(d.qpos, f.q, 7), floats(d.qvel, f.v, 6)
     own, arm = axes_of(b, f)
     velocity, spin = sub(load(b.velocity), cross(load(b.spin), arm)), load(b.spin)
-    before, wrench, springs = pushes_io[f.v :], pushes_io[f.v + 3 :], pushes_io[head.nv + f.v :]
-    start, offset = frame_of(f, floats(head.start, 1 + f.q, 7))
-    pull, turn = spring_force(head, f, start, offset)
-    store(springs, pull)
-    store(springs[3:], turn)
-    steady = axpy(b.inverse_mass, pull, load(head.gravity))
-    push, moment = sub(load(b.acceleration), steady), sub(load(b.torque), turn)
+    before, wrench = pushes_io[f.v : f.v + 3], pushes_io[f.v + 3 : f.v + 6]
+    steady, turning = load(head.gravity), ZERO
+    if head.pulled != 0:
+        pull, turning, kept = spring_force(head, f)
+        store(kept, pull)
+        store(kept[3:], turning)
+        steady = axpy(b.inverse_mass, pull, steady)
+    push, moment = sub(load(b.acceleration), steady), sub(load(b.torque), turning)
     if b.pressed == 0 and head.lag > 0.0:
         if f.pressed != 0:
             store(b.acceleration, add(steady, share_of(load(before), push)))
-            store(b.torque, add(turn, share_of(load(wrench), moment)))
+            store(b.torque, add(turning, share_of(load(wrench), moment)))
         velocity = axpy(-head.lag, origin_acceleration(b, arm), velocity)
         spin = spin_after(b, spin, -head.lag)
     store(before, push)

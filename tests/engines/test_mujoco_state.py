@@ -143,7 +143,7 @@ def test_rollouts_on_two_threads_give_the_bits_of_one():
     assert np.array_equal(*results)
 
 
-FIRST = 21  # of the law's part of plugin_state, behind three checksums and three forces: how many contacts there are
+FIRST = 15  # of the law's part of plugin_state, behind three checksums and two forces: how many contacts there are
 
 
 def damage(state, how):
