@@ -213,19 +213,6 @@ def test_a_tree_that_a_ball_falls_past_goes_on_to_the_bit():
     goes_on_after_resets(model, data, 150)
 
 
-def test_a_part_that_whirls_above_a_body_that_lies_goes_on_to_the_bit():
-    """Nor must whether an implicit step is taken depend on whether a list holds a pair that cannot touch."""
-    model = law_for(
-        "<body pos='0 0 .02'><freejoint/><geom type='capsule' fromto='-.1 0 0 .1 0 0' size='.02' mass='1'/>"
-        "<geom type='capsule' fromto='0 -.1 0 0 .1 0' size='.02' mass='1'/>"
-        "<body pos='0 0 .15'><joint type='ball'/><geom size='.03' pos='.02 0 0' mass='.01'/></body></body>",
-        option="timestep='.01'",
-    )
-    data = mujoco.MjData(model)
-    data.qvel[-1] = 60.0
-    goes_on_after_resets(model, data, 60)
-
-
 def law_for(bodies, floor="type='plane' size='1 1 1'", option="timestep='2e-3'"):
     text = f"<mujoco><option {option}/><worldbody><geom {floor}/>{bodies}</worldbody></mujoco>"
     return load_model(text, [("*", "*", steel_pair(friction=0.3, restitution=0.5))])

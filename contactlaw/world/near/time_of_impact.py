@@ -18,13 +18,7 @@ from contactlaw.world.data.kinds import HEIGHT_FIELD, PLANE, SEGMENT, SPHERE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.saved import scratch_body
 from contactlaw.world.data.vec import add, dot, load, norm, sub
-from contactlaw.world.near.guards import (
-    cores_stay_apart,
-    meet_half_space,
-    raise_listed_gap,
-    surface_speed,
-    takes_known_time,
-)
+from contactlaw.world.near.guards import cores_stay_apart, meet_half_space, raise_listed_gap, takes_known_time
 from contactlaw.world.near.places import takes_known_gap
 from contactlaw.world.shapes.geometry import centre, meet_near
 
@@ -78,10 +72,7 @@ def predict(w, p, now):
         a, b = flown_to(w, p.body_a, now, 0), flown_to(w, p.body_b, now, 1)
         if p.places > 1 and takes_known_gap(w, p, now):
             return a, b
-        left = w.step - now
-        find_time(w, p, a, b, now, left)
-        if now < p.toi < NEVER and p.gap > left * (surface_speed(a, left) + surface_speed(b, left)):
-            p.toi = NEVER  # a list may leave such a pair out: what is done must not depend on that
+        find_time(w, p, a, b, now, w.step - now)
     raise_listed_gap(w, p, now)
     return a, b
 
