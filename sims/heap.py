@@ -18,6 +18,7 @@ RADIUS = 0.01  # [m]
 PITCH = 2.1 * RADIUS  # of the balls at the start
 FRICTION, RESTITUTION = 0.3, 0.5
 OPTIONS = of_ball(RADIUS, FRICTION, RESTITUTION)
+CROWD_SUBSTEPS = Tuning().crowd_substeps
 DEFAULT = SimpleNamespace(material="steel", **{name: one.default for name, one in OPTIONS.items()})
 WALLS = {"left": (1.0, 0.0), "right": (-1.0, 0.0), "front": (0.0, 1.0), "back": (0.0, -1.0)}  # normals, x and y
 SOLVERS = ("CG", "Newton")
@@ -56,13 +57,13 @@ def rolling_loss(o: Any = DEFAULT) -> float:
 
 def poured(
     settings: Settings, count: int, solver: str = "Newton", pitch: float = PITCH, o: Any = DEFAULT, seed: int = 0,
-    rolling: float = 0.0,
+    rolling: float = 0.0, crowd: int = CROWD_SUBSTEPS,
 ) -> Any:  # fmt: skip
     """A world with the balls over the floor of the box; solver: MuJoCo's, where the contact is its own.
 
-    rolling: coefficient of rolling resistance by the law.
+    rolling: coefficient of rolling resistance by the law. crowd: substeps of an impact.
     """
-    world: Any = new_world(settings, (0.0, 0.0, -GRAVITY), Tuning(groups=True))
+    world: Any = new_world(settings, (0.0, 0.0, -GRAVITY), Tuning(groups=True, crowd_substeps=crowd))
     starts, half = places(count, pitch * o.radius / RADIUS, o.radius, seed)
     world.plane("floor")
     for name, normal in WALLS.items():
@@ -120,11 +121,11 @@ def build_times(count: int) -> dict[str, float]:
 
 def costs(
     count: int, seconds: float, step: float = 2e-3, pitch: float = PITCH, o: Any = DEFAULT, solvers: Any = SOLVERS,
-    seed: int = 0, engine: str = "mujoco",
+    seed: int = 0, engine: str = "mujoco", crowd: int = CROWD_SUBSTEPS,
 ) -> dict[str, Any]:  # fmt: skip
     """Processor time of a drop in an engine, by the law and natively with each of MuJoCo's solvers; see `timed`."""
     law, native = Settings(engine, timestep=step), Settings(engine, NATIVE, timestep=step)
-    made = {"law": poured(law, count, pitch=pitch, o=o, seed=seed)}
+    made = {"law": poured(law, count, pitch=pitch, o=o, seed=seed, crowd=crowd)}
     made |= {one: poured(native, count, one, pitch, o, seed) for one in solvers}
     return {"balls": count} | timed(made, seconds)
 
