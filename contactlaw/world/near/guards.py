@@ -36,6 +36,12 @@ NEAREST = 1.0 / 16.0  # of the time left: times of impact that are nearer are fo
 
 
 @jit_inside
+def has_shapes(b):
+    """Return whether a body has any shapes: else it does not matter where it goes."""
+    return b.size > 0.0 or b.reach > 0.0
+
+
+@jit_inside
 def surface_speed(b, time):
     """Return a bound on the speed [m/s] of any point of a body's shapes within a time [s]."""
     gained = time * (norm(load(b.acceleration)) + change_bound(b, b.reach, time))

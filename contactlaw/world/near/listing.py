@@ -18,7 +18,7 @@ from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at,
 from contactlaw.world.data.kinds import BOX, END, PLANE, TANGENT
 from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED
 from contactlaw.world.data.vec import ZERO, add, load, norm, store, sub
-from contactlaw.world.near.guards import EXCEEDED, SLACK, separate, surface_speed
+from contactlaw.world.near.guards import EXCEEDED, SLACK, has_shapes, separate, surface_speed
 from contactlaw.world.near.pairing import bounding_radius, complete_near, is_part, list_by_parts, list_pair
 from contactlaw.world.shapes.geometry import centre, meet
 
@@ -36,7 +36,7 @@ FEW = 50  # whole shapes besides ends of capsules: so many are compared with all
 @jit_inside
 def may_leave_margin(b, left, gained=0.0):
     """Return whether a body may leave its margin within a time [s]; gained: speed [m/s] that impacts may give it."""
-    if b.size == 0.0 and b.reach == 0.0:  # no shapes
+    if not has_shapes(b):
         return False
     way = norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
     return way + (0.0 if b.still != 0 else left * (surface_speed(b, left) + gained)) > b.margin

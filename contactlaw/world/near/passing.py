@@ -20,6 +20,7 @@ from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, scale, store
 from contactlaw.world.near.guards import (
     closing_bound,
     gap_left,
+    has_shapes,
     lead_of,
     may_exceed_limit,
     new_gap,
@@ -48,7 +49,7 @@ def find_passing(world):
     w.denied = 0
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
-        if may_pass(b):
+        if may_pass(b) and has_shapes(b):
             travelled = norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
             if travelled > b.margin:
                 deny(w, b)
