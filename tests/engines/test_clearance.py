@@ -76,9 +76,9 @@ def test_no_touch_of_tumbling_dumbbells_is_found_late(seed, integrator):
 def test_a_part_without_shapes_does_not_ask_for_lists_wherever_it_goes():
     model = load_model(
         """<mujoco><option timestep="2e-3"/><worldbody><geom type="plane" size="1 1 1"/>
-        <body pos="0 0 .05"><joint damping="1" axis="0 1 0" stiffness="9"/><geom size=".02" mass="1"/><body pos=".1 0 0">
-        <inertial pos="0 0 0" mass=".01" diaginertia="1e-6 1e-6 1e-6"/><joint type="slide" stiffness="40"/></body></body>
-        </worldbody></mujoco>""",
+        <body pos="0 0 .05"><joint damping="1" axis="0 1 0" stiffness="9"/><geom size=".02" mass="1"/>
+        <body pos=".1 0 0"><inertial pos="0 0 0" mass=".01" diaginertia="1e-6 1e-6 1e-6"/>
+        <joint type="slide" stiffness="40"/></body></body></worldbody></mujoco>""",
         [("*", "*", STEEL)],
     )
     data = mujoco.MjData(model)
