@@ -397,16 +397,3 @@ def test_each_contact_is_warned_of_though_it_takes_the_room_of_another(client: i
     with pytest.warns(ContactWarning) as caught:
         step(callback, 4)
     assert [str(one.message).split(" and ")[0] for one in caught] == [f"body {one}" for one in balls]
-
-
-@pytest.mark.parametrize("link", [-1, 0], ids=["ball", "on a joint"])
-def test_bullet_puts_no_body_to_sleep_that_the_law_may_hit(client: int, link: int) -> None:
-    """Bullet would set the velocity that an impact gives it to zero in the next step, and leave it where it is."""
-    target = paddle(client) if link == 0 else ball(client, [0.4, 0, 0])
-    p.changeDynamics(target, -1, activationState=p.ACTIVATION_STATE_ENABLE_SLEEPING, physicsClientId=client)
-    hits = ball(client, [0.4, 0, 0.5], [0, 0, -0.2])
-    callback, handle = in_contact(client, target, hits, pair_of(), dt=0.01, link_a=link)
-    step(callback, 300)
-    assert callback.ledger(handle).impacts == 1
-    speed = 0.4 * p.getJointState(target, 0, client)[1] if link == 0 else -velocities(client, target)[0][2]
-    assert speed + velocities(client, hits)[0][2] == pytest.approx(0.93 * 0.2, rel=2e-2)

@@ -1,4 +1,4 @@
-"""What the user does while all bodies are far apart in PyBullet, and only poses after a step are read."""
+"""While all bodies are far apart in PyBullet: what the user does, what is read after a step, and who sleeps."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pybullet_scenes import FREE, UP, ball, in_contact, p, pair_of, shape, slab, velocities
+from pybullet_scenes import FREE, UP, ball, in_contact, p, paddle, pair_of, shape, slab, step, velocities
 
 HALF = [0.05, 0.03, 0.02]  # [m] of the box
 TURNED = p.getQuaternionFromEuler([0.4, 0.7, 0.2])
@@ -129,3 +129,16 @@ def test_a_ball_in_flight_is_read_once_a_step(client: int, monkeypatch: pytest.M
     for _ in range(10):
         callback.step()
     assert calls == {"getBasePositionAndOrientation": 20}  # of ball and slab
+
+
+@pytest.mark.parametrize("link", [-1, 0], ids=["ball", "on a joint"])
+def test_bullet_puts_no_body_to_sleep_that_the_law_may_hit(client: int, link: int) -> None:
+    """Bullet would set the velocity that an impact gives it to zero in the next step, and leave it where it is."""
+    target = paddle(client) if link == 0 else ball(client, [0.4, 0, 0])
+    p.changeDynamics(target, -1, activationState=p.ACTIVATION_STATE_ENABLE_SLEEPING, physicsClientId=client)
+    hits = ball(client, [0.4, 0, 0.5], [0, 0, -0.2])
+    callback, handle = in_contact(client, target, hits, pair_of(), dt=0.01, link_a=link)
+    step(callback, 300)
+    assert callback.ledger(handle).impacts == 1
+    speed = 0.4 * p.getJointState(target, 0, client)[1] if link == 0 else -velocities(client, target)[0][2]
+    assert speed + velocities(client, hits)[0][2] == pytest.approx(0.93 * 0.2, rel=2e-2)
