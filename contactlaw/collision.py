@@ -1,7 +1,7 @@
 """One impact of two bodies in SI units: velocities after the impact, history of forces, energy ledger."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import hypot, inf, isfinite, isinf, nan, sqrt
 
 import numpy as np
@@ -66,7 +66,7 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class Impact:
-    """Result of an impact. The n rows of a history run from the first touch to the end of contact.
+    """Result of an impact. The n rows of a history run from the first touch to the end of contact; `print` omits them.
 
     Attributes:
         velocity_a, spin_a, velocity_b, spin_b: Velocities [m/s] and spins [rad/s] after the impact, shape (3,).
@@ -89,15 +89,15 @@ class Impact:
     chi: float
     psi_1: float
     psi_2: float
-    time: Array
-    overlap: Array
-    normal_force: Array
-    tangential_force: Array
-    kinetic: Array
-    elastic_normal: Array
-    elastic_tangential: Array
-    friction_loss: Array
-    damping_loss: Array
+    time: Array = field(repr=False)
+    overlap: Array = field(repr=False)
+    normal_force: Array = field(repr=False)
+    tangential_force: Array = field(repr=False)
+    kinetic: Array = field(repr=False)
+    elastic_normal: Array = field(repr=False)
+    elastic_tangential: Array = field(repr=False)
+    friction_loss: Array = field(repr=False)
+    damping_loss: Array = field(repr=False)
 
 
 FIXED_PLANE = Body()

@@ -9,7 +9,7 @@ from math import sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from contactlaw import checks, losses
 from contactlaw.laws import Law, hertz, law_of, normal_motion, oscillator, sectors
@@ -20,7 +20,7 @@ COUPLING_TO_MENTION = 0.2  # Dundurs-type constant beyond which a pair warns
 DEEPEST = 0.1  # overlap over radius, up to which a contact counts as small (Hertz)
 TOO_DEEP = f"overlap over radius is {{:.2g}}: beyond {DEEPEST} Hertz contact is no longer right"
 PASSING = "so deep in each other that no normal is unique: they pass through each other until they have parted"
-FOUND_IN = "found in each other by {:.2g} of the radius: that depth counts as none as long as it lasts"
+FOUND_IN = "found in each other by {:.2g} of the radius: they count as just touching"
 
 
 class ContactWarning(UserWarning):
@@ -156,15 +156,22 @@ class ContactPair:
         ratio = checks.positive("normal_mass", normal_mass) / checks.positive("tangential_mass", tangential_mass)
         return 0.5 * self.kappa * checks.positive("normal_mass/tangential_mass", ratio)
 
-    def psi(self, tangential_velocity: float, normal_velocity: float) -> float:
-        """psi = (kappa/mu) V_x/V_z1 for the tangential velocity of the contact point and the approach speed [m/s]."""
-        most = checks.SPEEDS[1]
-        allowed = f"in [{-most:g}, {most:g}] m/s"
-        sliding = checks.number("tangential_velocity", tangential_velocity, allowed, low=-most, high=most)
-        _, friction = self._at(0.0, abs(sliding))
-        if friction == 0.0:
+    def psi(self, tangential_velocity: ArrayLike, normal_velocity: ArrayLike) -> Any:
+        """psi = (kappa/mu) V_x/V_z1 for the tangential velocity of the contact point and the approach speed [m/s].
+
+        Both broadcast; a float for two numbers.
+        """
+        given = {"tangential_velocity": tangential_velocity, "normal_velocity": normal_velocity}
+        sliding, approach = checks.broadcast(given)
+        least, most = checks.SPEEDS
+        for name, values, low in zip(given, (sliding, approach), (-most, least), strict=True):
+            for wrong in values[(values < low) | (values > most)][:1]:
+                raise ValueError(f"{name} = {wrong}: must be in [{low:g}, {most:g}] m/s")
+        friction = self.friction(abs(sliding)) if isinstance(self.friction, OverSpeed) else self.friction
+        if np.any(friction == 0.0):
             raise ValueError("friction = 0.0: psi = (kappa/mu) V_x/V_z1 needs friction > 0")
-        return self.kappa / friction * sliding / checks.speed("normal_velocity", normal_velocity)
+        psi = self.kappa / friction * sliding / approach
+        return psi if psi.ndim else float(psi)
 
     def greatest_overlap(self, mass: float, speed: float) -> float:
         """Greatest overlap [m] of an impact, for the normal effective mass [kg] and approach speed [m/s]."""

@@ -355,3 +355,7 @@ def test_restitutions_at_the_ends_of_their_range_are_served_or_refused(e):
         return
     near = 1.0 if e > 0.5 else 1e-4  # what it hardly differs from
     assert rebound(1.0, 1.2, restitution=e) == pytest.approx(rebound(1.0, 1.2, restitution=near), abs=5e-3)
+
+
+def test_an_impact_prints_in_a_few_lines() -> None:
+    assert len(repr(impact_at(1.0)[1])) < 400

@@ -103,6 +103,7 @@ def test_chi_of_disc_and_sphere(nu: float, gyration2: float, chi: float) -> None
 def test_psi_scales_velocity_by_kappa_over_friction() -> None:
     pair = ContactPair(STEEL, STEEL, 0.2)
     assert pair.psi(3.0, 1.5) == pytest.approx(pair.kappa / 0.2 * 2.0, rel=1e-14)
+    assert pair.psi([3.0, -3.0], 1.5).tolist() == [pair.psi(3.0, 1.5), -pair.psi(3.0, 1.5)]
     assert pair.psi(-3.0, 1.5) == -pair.psi(3.0, 1.5)
 
 

@@ -1,6 +1,6 @@
 """The result of a calibration: parameters with uncertainties, and in words what the table does not determine."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -14,7 +14,7 @@ from contactlaw.material import Material
 from contactlaw.pair import ContactPair
 
 REGIMES = SLIDES, SLIDES_FIRST, STICKS_FIRST, UNKNOWN = (
-    "slides throughout", "slides, then sticks", "starts stuck", "not told",
+    "slides throughout", "slides, then sticks", "starts stuck", "unclear",
 )  # fmt: skip
 
 NAMED = 10  # outliers that a verdict names, at most
@@ -90,7 +90,8 @@ class Calibration:
         friction: mu of the fit to all impacts.
         stiffness_ratio: kappa of the fit.
         sliding_friction: mu of the impacts that slide throughout alone, as in the paper.
-        regimes: For each impact "slides throughout", "slides, then sticks", "starts stuck", or "not told".
+        regimes: For each impact "slides throughout", "slides, then sticks", "starts stuck", or
+            "unclear".
         outliers: Indices of impacts that lie farther off than scatter explains; they were left out.
         before, after: The table, V_z and V_x [m/s], shape (2, n); V_z2 is e V_z1 if it was not measured.
         residuals: V_x2 less the curve [m/s], shape (n,); zero if there is no curve.
@@ -109,9 +110,9 @@ class Calibration:
     sliding_friction: Estimate
     regimes: tuple[str, ...]
     outliers: tuple[int, ...]
-    before: Array
-    after: Array
-    residuals: Array
+    before: Array = field(repr=False)
+    after: Array = field(repr=False)
+    residuals: Array = field(repr=False)
     residual_rms: float
     degrees_of_freedom: int
     chi_squared: float | None

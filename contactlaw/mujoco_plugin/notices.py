@@ -20,7 +20,7 @@ FULL, DAMAGED, SWITCHED_OFF, UNSAVED, EDITED, TOWED = (1 << bit for bit in range
 
 TEXTS = DOUBTFUL | {
     EDITED: "the model has been edited, and the law keeps the old values: ",
-    PUT_IN: f"{DOUBTFUL[PUT_IN]}; overlaps='keep' takes it as given",
+    PUT_IN: f"{DOUBTFUL[PUT_IN]}; overlaps='keep' presses them together",
     DAMAGED: "the law's part of plugin_state was not written by a step of this model (it is of another model, or "
     "damaged); contacts start anew",
     SWITCHED_OFF: "disableflags: spring and damper are both disabled, and with them all passive forces: "

@@ -39,10 +39,11 @@ class Building(Shapes):
         super().__init__()
         pull = checks.finite_array("gravity", gravity)
         downward = np.array([0.0, 0.0, -1.0])
-        self.gravity = (
-            checks.not_negative("gravity", gravity) * downward if pull.ndim == 0 else checks.vector("gravity", pull)
-        )
-        self.timestep = checks.positive("timestep", timestep)
+        if pull.ndim == 0 and pull < 0.0:
+            raise ValueError(f"gravity = {gravity!r}: must be >= 0, as one number acts downward; or of shape (3,)")
+        self._gravity = pull * downward if pull.ndim == 0 else checks.vector("gravity", pull).copy()
+        self._gravity.flags.writeable = False
+        self.timestep = timestep
         self._arrays = empty()
         state = self._arrays.world
         for name, count in (("substeps", substeps), ("crowd_substeps", crowd_substeps)):
@@ -51,6 +52,19 @@ class Building(Shapes):
         state["stillness"] = checks.number("stillness", stillness, "from 0 to 1e-2", low=0.0, high=1e-2)
         self._rules: list[int] = []  # of two sets of shapes: their pair of materials; -1: they do not touch
         self._new_bodies: list[dict[str, Any]] = []
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Refuse what would change nothing: a reading, gravity that bodies have already, a misspelt name."""
+        if name == "timestep":
+            value = checks.positive(name, value)
+        elif not name.startswith("_"):
+            raise AttributeError(f"{name} = {value!r}: only timestep can be set; `place` sets the motion of a body")
+        super().__setattr__(name, value)
+
+    @property
+    def gravity(self) -> Array:
+        """[m/s^2], shape (3,)."""
+        return self._gravity
 
     @property
     def arrays(self) -> Arrays:

@@ -28,6 +28,7 @@ def resting(restitution: float = 0.5, **more) -> World:
     [
         (lambda w: World(gravity=(0.0, 1.0)), "gravity: shape (2,)"),
         (lambda w: World(timestep=0.0), "timestep = 0.0: must be finite and > 0"),
+        (lambda w: World(gravity=-9.81), "gravity = -9.81: must be >= 0, as one number acts downward"),
         (lambda w: World(substeps=3.0), "substeps = 3.0: must be in [10, 1e6]"),
         (lambda w: w.add_body(0.0, 1.0), "mass = 0.0: must be finite and > 0"),
         (lambda w: w.add_body(1.0, (1.0, 1.0)), "inertia: shape (2,); must be one number, (3,) or (3, 3)"),
@@ -59,6 +60,11 @@ def test_what_would_change_nothing_is_refused() -> None:
     for name in ("position", "velocity", "spin", "quaternion"):
         with pytest.raises(ValueError, match="read-only"):
             getattr(world, name)[0] = 1.0
+    for name in ("position", "gravity", "timstep"):
+        with pytest.raises(AttributeError, match=f"{name} = 0: only timestep can be set"):
+            setattr(world, name, 0)
+    with pytest.raises(ValueError, match="timestep = 0: must be finite and > 0"):
+        world.timestep = 0
 
 
 @pytest.mark.heavy
