@@ -242,3 +242,13 @@ def test_nothing_asks_a_law_for_its_name() -> None:
         text = path.read_text(encoding="utf-8")
         assert not [name for name in LADDER if f"laws.{name}" in text or f'"{name}"' in text], path
     assert "code" not in (CONTACT.names or ())
+
+
+def test_a_law_that_does_not_compile_is_named() -> None:
+    class Misspelt(Law):
+        @staticmethod
+        def force(contact, law, memory, du, dv, dt):
+            return contact.frocce * du, 0.0
+
+    with pytest.raises(TypeError, match=r"Misspelt\.force: numba cannot compile it: KeyError: 'frocce'"):
+        pair_with(Misspelt()).parameters()

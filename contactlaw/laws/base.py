@@ -144,7 +144,16 @@ def _addresses(given: tuple[Callable[..., Any], ...], numbers: np.dtype) -> tupl
         number(contact, law),
         number(contact, law, record.MEMORY_TYPE),
     )
-    return tuple(
-        float(address_of(function, signature, ours=Path(function.__code__.co_filename).is_relative_to(PACKAGE)))
-        for function, signature in zip(functions, signatures, strict=True)
-    )
+    return tuple(_address(*one) for one in zip(functions, signatures, strict=True))
+
+
+def _address(function: Callable[..., Any], signature: Any) -> float:
+    """Return the address of a compiled function of a law.
+
+    Raises:
+        TypeError: It cannot be compiled.
+    """
+    try:
+        return float(address_of(function, signature, ours=Path(function.__code__.co_filename).is_relative_to(PACKAGE)))
+    except Exception as error:  # numba's, of any kind, which may not tell the function
+        raise TypeError(f"{function.__qualname__}: numba cannot compile it: {type(error).__name__}: {error}") from error

@@ -53,8 +53,7 @@ def add_contact(
             impact falls with its square. The largest number that any contact asks for holds for all.
         crowd_substeps: The same for damped impacts where more than four contacts of an island are closed.
         rounding: Radius [m] of the edges of boxes and cylinders among the geoms, and so of their contacts with flat
-            shapes;
-            None: a tenth of the smallest half length of each.
+            shapes; None: a tenth of the smallest half length of each.
         overlaps: "relax": shapes found overlapping by more than a tenth of R, where a model begins or where the user
             puts bodies, count as just touching until they overlap less. "keep": they are pressed together, and the
             stored elastic energy pushes them apart.

@@ -7,7 +7,7 @@ rotations such that energy and angular momentum stay constant to rounding (`bodi
 contacts form islands, and each island is integrated by a leapfrog, some hundred substeps an impact:
 
     x <- x + h v + h^2/2 a      v <- v + h a                     drift, of all bodies of an island
-    P, F = law(overlap, displacement)                            from the geometry at that time (`shapes`, `contacts`)
+    P, F = law(overlap, displacement)                            from the geometry then (`shapes`, `contacts`)
     v <- v + w J/m      L <- L + w r x J      J = P n + F        kick, w half the substeps before and after
 
 Both bodies receive the same impulse at one point, so linear and angular momentum are conserved to rounding whatever the
@@ -32,7 +32,7 @@ hinges, slides, balls and free joints. An impulse p at a point of a body changes
 Forces on joints are constant over a step, except damping. Code for trees is called by address and compiled only where
 there are some. Elastic impacts of a double pendulum keep its energy to 2e-6 each in the median, 2e-5 at worst.
 
-The rooms, lowest first; each imports only from those below it, which the import contracts enforce:
+Its packages, lowest first; each imports only from those before it, which the import contracts enforce:
 
     data        records, access by address, vectors
     bodies      free motion, response to impulses, bounds on motion, prescribed motion

@@ -63,7 +63,7 @@ class Building(Shapes):
 
     @property
     def gravity(self) -> Array:
-        """[m/s^2], shape (3,)."""
+        """Acceleration of gravity [m/s^2], shape (3,)."""
         return self._gravity
 
     @property
