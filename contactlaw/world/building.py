@@ -176,13 +176,17 @@ class Building(Shapes):
 
     def add_rule(self, shapes1: int | Iterable[int], shapes2: int | Iterable[int], pair: int = -1) -> None:
         """Add a rule as `add_contact`, with the pair of an earlier `add_contact`, by number; -1: they do not touch."""
-        sets = [list(named) if np.iterable(named) else [named] for named in (shapes1, shapes2)]
+        sets = [
+            [named] if isinstance(named, str) or not np.iterable(named) else list(named) for named in (shapes1, shapes2)
+        ]
         for name, numbers in zip(("shapes1", "shapes2"), sets, strict=True):
             if not numbers:
                 raise ValueError(f"{name}: is empty; name at least one shape")
             for number in numbers:
                 if checks.count(name, number, 0) >= len(self._memberships):
                     raise ValueError(f"{name} = {number}: there are {len(self._memberships)} shapes, counted from 0")
+        if len(sets[0]) == 1 and sets[0] == sets[1]:
+            raise ValueError(f"shapes1 = shapes2 = {sets[0][0]}: must be two shapes, by the numbers that add_... returned")
         for side, numbers in enumerate(sets):
             for number in numbers:
                 self._memberships[number] += (2 * len(self._rules) + side,)
