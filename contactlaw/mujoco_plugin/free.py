@@ -191,10 +191,10 @@ def spring_force(head, f):
 def follow_springs(head, f, b):
     """Let a body that is pressed have half a step of the change of its springs' force since the last step."""
     push, moment, kept = spring_force(head, f)
-    before, wrench = load(kept), load(kept[3:])
-    if before != ZERO or wrench != ZERO:
-        store(b.velocity, axpy(head.lag * b.inverse_mass, sub(push, before), load(b.velocity)))
-        store(b.spin, add(load(b.spin), spin_change(b, scale(head.lag, sub(moment, wrench)))))
+    old_push, old_moment = load(kept), load(kept[3:])
+    if old_push != ZERO or old_moment != ZERO:
+        store(b.velocity, axpy(head.lag * b.inverse_mass, sub(push, old_push), load(b.velocity)))
+        store(b.spin, add(load(b.spin), spin_change(b, scale(head.lag, sub(moment, old_moment)))))
 
 
 @jit
@@ -245,7 +245,7 @@ def write_free(head, f, pushes_io):
     q, v = floats(d.qpos, f.q, 7), floats(d.qvel, f.v, 6)
     own, arm = axes_of(b, f)
     velocity, spin = sub(load(b.velocity), cross(load(b.spin), arm)), load(b.spin)
-    before, wrench = pushes_io[f.v : f.v + 3], pushes_io[f.v + 3 : f.v + 6]
+    old_push, old_moment = pushes_io[f.v : f.v + 3], pushes_io[f.v + 3 : f.v + 6]
     steady, turning = load(head.gravity), ZERO
     if head.pulled != 0:
         pull, turning, kept = spring_force(head, f)
@@ -255,12 +255,12 @@ def write_free(head, f, pushes_io):
     push, moment = sub(load(b.acceleration), steady), sub(load(b.torque), turning)
     if b.pressed == 0 and head.lag > 0.0:
         if f.pressed != 0:
-            store(b.acceleration, add(steady, share_of(load(before), push)))
-            store(b.torque, add(turning, share_of(load(wrench), moment)))
+            store(b.acceleration, add(steady, share_of(load(old_push), push)))
+            store(b.torque, add(turning, share_of(load(old_moment), moment)))
         velocity = axpy(-head.lag, origin_acceleration(b, arm), velocity)
         spin = spin_after(b, spin, -head.lag)
-    store(before, push)
-    store(wrench, moment)
+    store(old_push, push)
+    store(old_moment, moment)
     store(q, sub(load(b.position), arm))
     store4(floats(d.qpos, f.q + 3, 4), own)
     store(v, velocity)
