@@ -190,8 +190,6 @@ def test_an_arm_is_not_woken_by_the_rounding_of_the_forces_on_it(change: float, 
 @pytest.mark.heavy
 def test_limbs_that_lie_on_the_floor_come_to_rest() -> None:
     world = creature(2e-3, restitution=0.2, gravity=9.81)
-    for part in range(4):
-        world.add_contact(part, part, steel_pair(0.3, 0.2))
     damping, axes = numbers(world.arrays, 0, "d"), numbers(world.arrays, 0, "axes").view(AXIS)
     damping.reshape(axes.size, axes.size)[range(6, axes.size), axes["depth"][6:]] = 2e-3
     top = world.energy.total
