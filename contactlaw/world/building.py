@@ -176,9 +176,7 @@ class Building(Shapes):
 
     def add_rule(self, shapes1: int | Iterable[int], shapes2: int | Iterable[int], pair: int = -1) -> None:
         """Add a rule as `add_contact`, with the pair of an earlier `add_contact`, by number; -1: they do not touch."""
-        sets = [
-            [named] if isinstance(named, str) or not np.iterable(named) else list(named) for named in (shapes1, shapes2)
-        ]
+        sets = [list(named) if np.iterable(named) else [named] for named in (shapes1, shapes2)]
         for name, numbers in zip(("shapes1", "shapes2"), sets, strict=True):
             if not numbers:
                 raise ValueError(f"{name}: is empty; name at least one shape")
