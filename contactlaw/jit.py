@@ -10,6 +10,7 @@ import hashlib
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
+from functools import cache
 from pathlib import Path
 from time import perf_counter
 from typing import Any, TypeVar
@@ -317,6 +318,7 @@ class _Compiled(CFunc):
             _report.end()
 
 
+@cache
 def address_of(function: Callable[..., Any], signature: Any, key: str = "", ours: bool = True) -> int:
     """Return the address of a C function compiled from a Python function; it stays valid until the process ends.
 
