@@ -10,8 +10,10 @@ import hashlib
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
+from functools import cache
 from pathlib import Path
 from time import perf_counter
+from types import FunctionType
 from typing import Any, TypeVar
 
 import numba
@@ -299,6 +301,16 @@ jit_of_sums = jit_for("", fastmath={"reassoc", "contract", "nsz", "nnan"}, nogil
 Such functions release the GIL, so several threads may run one at once."""
 
 
+def jit_module(name: str, compiled: Callable[[Function], Function] = jit) -> None:
+    """Compile the functions of a module, as `compiled` does: its last line, in place of a decorator for each of them.
+
+    Left as they are: functions that a decorator has compiled, and those with a return type, which are Python's own.
+    """
+    own = vars(sys.modules[name])
+    ours = {key: one for key, one in own.items() if isinstance(one, FunctionType) and one.__module__ == name}
+    own.update({key: compiled(one) for key, one in ours.items() if "return" not in one.__annotations__})
+
+
 INTERPRETED = bool(getattr(numba, "config").DISABLE_JIT)  # noqa: B009  (NUMBA_DISABLE_JIT)
 
 
@@ -317,6 +329,7 @@ class _Compiled(CFunc):
             _report.end()
 
 
+@cache
 def address_of(function: Callable[..., Any], signature: Any, key: str = "", ours: bool = True) -> int:
     """Return the address of a C function compiled from a Python function; it stays valid until the process ends.
 
@@ -328,6 +341,7 @@ def address_of(function: Callable[..., Any], signature: Any, key: str = "", ours
             process (a second or less), since a change in what they import would go unnoticed.
     """
     signature = normalize_signature(getattr(signature, "signature", signature))
+    function = getattr(function, "py_func", function)
     options = {"error_model": "numpy"}
     compiled = _Compiled(function, signature, locals={}, options=options, pipeline_class=_WholeCompiler)
     if ours:
@@ -335,11 +349,6 @@ def address_of(function: Callable[..., Any], signature: Any, key: str = "", ours
     compiled.compile()
     CALLBACKS.append(compiled)
     return int(compiled.address or 0)
-
-
-def c_callback(signature: Any, key: str) -> Callable[[Callable[..., Any]], int]:
-    """`address_of` as a decorator. key: what the code depends on outside the sources of the package."""
-    return lambda function: address_of(function, signature, key)
 
 
 CALLBACKS: list[CFunc] = []

@@ -17,7 +17,7 @@ from sims.puck import Puck
 from sims.recording import Recording
 from sims.scene import OWN_STEP, Scene, Settings, find_scenes
 from sims.worlds import Tuning, World, new_world
-from validation.ball import DOWN, NO
+from validation.ball import DOWN, NO, SUBSTEPS
 
 ALMOST = 1.0 - 1e-6
 """Restitution with which a contact that is meant to be elastic has its damper in."""
@@ -35,7 +35,7 @@ class Build:
     law: str = "microslip"
     elastic: bool | None = False
     gravity: bool | None = True
-    substeps: int = 100
+    substeps: int = SUBSTEPS
     collide: bool = True
     fixed_bodies_move: bool | None = True
     others: bool = True

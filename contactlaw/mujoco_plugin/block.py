@@ -44,9 +44,9 @@ HEAD = record(
     # ranges of the numbers that are compared, how many, and how many of these are of heights; copies: see `edits`
     ranges="u8", range_count="i8", height_ranges="i8", watched="u8",
     mocaps="u8", trees="u8", springs="u8",
-    # doubles of the instance in plugin_state; where in them the state of the world begins; how many before that are the
-    # forces of tendons' springs on free bodies, none without tendons
-    size="i8", row="i8", pulled="i8",
+    # doubles of the instance in plugin_state; where in them the state of the world begins; with tendons nv before that
+    # are the forces of their springs on free bodies
+    size="i8", row="i8",
     tree_stage="u8", tree_force="u8",  # addresses of `trees.serve` and `trees.press`
     report="u8", address="u8",  # addresses of the function for reports, and of this record
     # sensors: whether they are running; whether for means; room; for each shape the centre of mass of its body in the

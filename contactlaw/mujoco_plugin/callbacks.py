@@ -11,7 +11,7 @@ them, see `near.following` (hook apply). Hooks load and store are `load_state` a
 import numpy as np
 from numba import types  # pyright: ignore[reportPrivateImportUsage]
 
-from contactlaw.jit import c_callback
+from contactlaw.jit import address_of
 from contactlaw.memory import copy_wholes, same_wholes, whole_at
 from contactlaw.mujoco_plugin import free, layout, notices
 from contactlaw.mujoco_plugin.block import (
@@ -310,7 +310,6 @@ def is_active(m, d, instance):
     return leads and model_at(m, 0).opt.disableflags & layout.NO_CONTACT == 0
 
 
-@c_callback(types.void(types.uintp, types.uintp, types.int32, types.int32), layout.KEY)
 def compute(m, d, instance, capability):
     """Save the state and add the force of the contacts; or, for sensors, evaluate those of the law."""
     if not is_active(m, d, instance):
@@ -336,7 +335,6 @@ def compute(m, d, instance, capability):
         passive[i] += given[i]
 
 
-@c_callback(types.void(types.uintp, types.uintp, types.int32), layout.KEY)
 def advance(m, d, instance):
     """After the engine's step: take that of the world and write the bodies that were touched."""
     if not is_active(m, d, instance):
@@ -359,7 +357,6 @@ def advance(m, d, instance):
         head.averages = 0
 
 
-@c_callback(types.void(types.uintp, types.uintp, types.uintp, types.int32), layout.KEY)
 def reset(m, state, block, instance):
     """Clear the state and all contacts, so that what follows is as in a new `MjData`."""
     if block != types.uintp(0):
@@ -369,13 +366,18 @@ def reset(m, state, block, instance):
         forget_motion(world_at(head.world, 0))
 
 
-@c_callback(types.void(types.uintp, types.uintp, types.int32), layout.KEY)
 def look(m, d, instance):
     """Bring the world to the state of mjData, for a readout from Python."""
     load_state(head_of(m, d, instance))
 
 
-@c_callback(types.void(types.uintp, types.int32), layout.KEY)
 def destroy(d, instance):
     """Free the block of an instance."""
     free_memory(block_address(d, instance))
+
+
+ADDRESSES = {
+    one.__name__: address_of(one, types.void(*[types.uintp] * pointers, *[types.int32] * numbers), layout.KEY)
+    for one, pointers, numbers in ((compute, 2, 2), (advance, 2, 1), (reset, 3, 1), (look, 2, 1), (destroy, 1, 1))
+}
+"""Of the functions that MuJoCo calls, and of `look`."""

@@ -1,7 +1,6 @@
 """The engine's constraint stage, switched off where the law leaves it nothing to do."""
 
 from itertools import combinations_with_replacement, product
-from typing import Any
 
 import mujoco
 
@@ -37,12 +36,7 @@ def _makes_contacts(view: layout.ModelView) -> bool:
     if (view.pair_margin >= 0.0).any():
         return True
     weld, is_native = view.body_weldid[view.geom_bodyid].tolist(), native_rule(view)
-    bits = list(zip(view.geom_contype.tolist(), view.geom_conaffinity.tolist(), strict=True))
-
-    def kind_of(geom: int) -> Any:
-        return bits[geom], weld[geom] == 0
-
-    kinds = groups(range(view.ngeom), kind_of)
+    kinds = groups(range(view.ngeom), lambda geom: (view.bits[geom], weld[geom] == 0))
     return any(
         weld[a] != weld[b] and is_native((a, b))
         for one, two in combinations_with_replacement(kinds, 2)

@@ -19,7 +19,7 @@ import numpy as np
 
 from contactlaw.memory import copy_wholes, same_wholes
 from contactlaw.mujoco_plugin.block import floats, free_at, shifted
-from contactlaw.mujoco_plugin.layout import data_at, jit
+from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.world.bodies.motion import set_axes, spin_after, spin_change, spin_rate, update_momentum
 from contactlaw.world.contacts.force import is_quasi_static
 from contactlaw.world.data.access import body_at, world_at
@@ -151,7 +151,7 @@ def lead_free(head, f):
     if b.asleep != 0 or head.lag == 0.0:
         return
     if b.pressed != 0:
-        if head.pulled != 0:
+        if model_at(head.model, 0).ntendon != 0:
             follow_springs(head, f, b)
         return
     _, arm = frame_of(f, floats(head.start, 1 + f.q, 7))
@@ -184,7 +184,7 @@ def spring_force(head, f):
     d, (own, arm) = data_at(head.data, 0), frame_of(f, floats(head.start, 1 + f.q, 7))
     push = load(floats(d.qfrc_spring, f.v, 3))
     moment = sub(turn_by(own, load(floats(d.qfrc_spring, f.v + 3, 3))), cross(arm, push))
-    return push, moment, floats(d.plugin_state, head.state + head.row - head.pulled + f.v, 6)
+    return push, moment, floats(d.plugin_state, head.state + head.row - head.nv + f.v, 6)
 
 
 @jit
@@ -247,7 +247,7 @@ def write_free(head, f, pushes_io):
     velocity, spin = sub(load(b.velocity), cross(load(b.spin), arm)), load(b.spin)
     old_push, old_moment = pushes_io[f.v : f.v + 3], pushes_io[f.v + 3 : f.v + 6]
     steady, turning = load(head.gravity), ZERO
-    if head.pulled != 0:
+    if model_at(head.model, 0).ntendon != 0:
         pull, turning, kept = spring_force(head, f)
         store(kept, pull)
         store(kept[3:], turning)

@@ -8,10 +8,9 @@ Bodies welded together count as one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from functools import cached_property
 from itertools import chain
-from math import inf
 from typing import Any
 
 import mujoco
@@ -74,11 +73,6 @@ def unserved_readers(view: layout.ModelView) -> Iterator[str]:
             yield f"{what} those of the law; use contacts_of, or a sensor contactlaw.contact"
 
 
-def explicit_pairs(view: layout.ModelView) -> Iterable[tuple[int, int, float]]:
-    """Yield both geoms of each `<pair>` and its margin [m]."""
-    return zip(view.pair_geom1.tolist(), view.pair_geom2.tolist(), view.pair_margin.tolist(), strict=True)
-
-
 def contact_of_kinds(
     view: layout.ModelView, known: Sequence[ContactInstance]
 ) -> tuple[dict[int, int], NDArray[np.int64]]:
@@ -95,14 +89,13 @@ def contact_of_kinds(
     excluded = [(signature >> 16, signature & 0xFFFF) for signature in view.exclude_signature.tolist()]
     apart = {body for both in excluded for body in both}
     chained = {body for body in set(owner.tolist()) if above[body] or int(weld[body]) in carriers}
-    named = {geom for *both, _ in explicit_pairs(view) for geom in both}
-    types, affinities = view.geom_contype, view.geom_conaffinity
+    named = {geom for both in view.margins for geom in both}
 
     def kind_of(geom: int) -> Hashable:
         sides, body = tuple((geom in one.sides[0], geom in one.sides[1]) for one in known), int(owner[geom])
         if geom not in before:
             return sides
-        now = int(types[geom]), int(affinities[geom]), bool(fixed[body])
+        now = view.bits[geom], bool(fixed[body])
         alone = geom if geom in named else -1, body if body in apart else -1, weld[body] if body in chained else -1
         return sides, before[geom], now, alone
 
@@ -111,14 +104,14 @@ def contact_of_kinds(
     some = np.array([geoms[0] for geoms in kinds])
     body = owner[some]
     was = np.array([before.get(geom, (0, 0)) for geom in some.tolist()])
-    native = _touch(was[:, 0], was[:, 1]) & ~_touch(types[some], affinities[some])
+    native = _touch(was[:, 0], was[:, 1]) & ~_touch(view.geom_contype[some], view.geom_conaffinity[some])
     native &= ~(fixed[body][:, None] & fixed[body])
     if not view.option("disableflags") & FILTER_PARENT:
         child = (above[body][:, None] == weld[body]) & (weld[body] > 0)
         native &= ~(child | child.T)
     for one, two in excluded:
         native[np.ix_(body == one, body == two)] = native[np.ix_(body == two, body == one)] = False
-    for one, two, margin in explicit_pairs(view):
+    for (one, two), margin in view.margins.items():
         if one in before and two in before:
             native[kind[one], kind[two]] = native[kind[two], kind[one]] = margin < 0.0
     table = np.full(native.shape, -1)
@@ -183,25 +176,15 @@ class ContactInstance:
         return {geom: Shape(name("geom", geom), type_of(int(types[geom])), sizes[geom].copy()) for geom in self.geoms}
 
 
-def _margins(view: layout.ModelView) -> dict[tuple[int, int], float]:
-    """Return the margin [m] of each two geoms that a `<pair>` names; of several the greatest."""
-    margins: dict[tuple[int, int], float] = {}
-    for one, two, margin in explicit_pairs(view):
-        key = min(one, two), max(one, two)
-        margins[key] = max(margin, margins.get(key, -inf))
-    return margins
-
-
 def native_rule(view: layout.ModelView) -> Callable[[tuple[int, int]], bool]:
     """Return a function that tells whether two geoms of different bodies touch by the engine's own contact."""
-    bits = list(zip(view.geom_contype.tolist(), view.geom_conaffinity.tolist(), strict=True))
-    owner, excluded, margins = view.geom_bodyid.tolist(), set(view.exclude_signature.tolist()), _margins(view)
+    owner, excluded = view.geom_bodyid.tolist(), set(view.exclude_signature.tolist())
 
     def is_native(pair: tuple[int, int]) -> bool:
         low, high = sorted(owner[geom] for geom in pair)
-        if (min(pair), max(pair)) in margins:
-            return margins[min(pair), max(pair)] >= 0.0
-        return (low << 16) + high not in excluded and touch(bits[pair[0]], bits[pair[1]])
+        if (min(pair), max(pair)) in view.margins:
+            return view.margins[min(pair), max(pair)] >= 0.0
+        return (low << 16) + high not in excluded and touch(view.bits[pair[0]], view.bits[pair[1]])
 
     return is_native
 
@@ -214,8 +197,7 @@ def check(view: layout.ModelView, known: list[ContactInstance], moves: Callable[
     Raises:
         ValueError: One of these fails; the message names the geoms.
     """
-    bits = list(zip(view.geom_contype.tolist(), view.geom_conaffinity.tolist(), strict=True))
-    margins, is_native = _margins(view), native_rule(view)
+    bits, margins, is_native = view.bits, view.margins, native_rule(view)
     holders: dict[int, set[int]] = {}  # of each geom the contacts that hold it, so far
     for number, member in enumerate(known):
         shapes = member.shapes

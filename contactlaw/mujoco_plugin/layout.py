@@ -62,9 +62,9 @@ DATA = structure("mjData")[[
 ]]  # fmt: skip
 """The fields of mjData that compiled code uses; `MODEL`: those of mjModel."""
 MODEL = structure("mjModel")[[
-    "opt", "geom_bodyid", "D_rowadr", "D_diag", "jnt_type", "jnt_dofadr", "jnt_qposadr", "jnt_range", "jnt_stiffness",
-    "dof_jntid", "site_type", "site_size", "actuator_biasprm", "actuator_forcerange", "jnt_actfrcrange",
-    "tendon_stiffness", "tendon_lengthspring", *TENDON_ROWS,
+    "ntendon", "opt", "geom_bodyid", "D_rowadr", "D_diag", "jnt_type", "jnt_dofadr", "jnt_qposadr", "jnt_range",
+    "jnt_stiffness", "dof_jntid", "site_type", "site_size", "actuator_biasprm", "actuator_forcerange",
+    "jnt_actfrcrange", "tendon_stiffness", "tendon_lengthspring", *TENDON_ROWS,
 ]]  # fmt: skip
 data_at: Any = element(DATA)
 model_at: Any = element(MODEL)
@@ -132,6 +132,21 @@ class ModelView:
     def option(self, field: str) -> int:
         """Return an integer option, such as disableflags."""
         return int(self._struct["opt"][field])
+
+    @cached_property
+    def bits(self) -> list[tuple[int, int]]:
+        """contype and conaffinity of each geom."""
+        return list(zip(self.geom_contype.tolist(), self.geom_conaffinity.tolist(), strict=True))
+
+    @cached_property
+    def margins(self) -> dict[tuple[int, int], float]:
+        """Margin [m] of each two geoms, in ascending order, that a `<pair>` names; of several the greatest."""
+        out: dict[tuple[int, int], float] = {}
+        rows = zip(self.pair_geom1.tolist(), self.pair_geom2.tolist(), self.pair_margin.tolist(), strict=True)
+        for one, two, margin in rows:
+            key = min(one, two), max(one, two)
+            out[key] = max(margin, out.get(key, margin))
+        return out
 
     @property
     def signature(self) -> int:

@@ -95,15 +95,9 @@ class Model:
     @property
     def _row(self) -> int:
         """Where the state of the world begins in it."""
-        return PUSH + 2 * self._m.nv + MOVED.itemsize // 8 * len(self._mocaps) + self._pulled
-
-    @property
-    def _pulled(self) -> int:
-        """How many numbers before that are the forces of tendons' springs on free bodies.
-
-        When the state is sized, while the model is compiled, the stiffnesses are not known yet.
-        """
-        return self._m.nv if self._frees and self._m.ntendon else 0
+        # when the state is sized, while the model is compiled, the stiffnesses of tendons are not known yet
+        pulled = self._m.nv if self._frees and self._m.ntendon else 0
+        return PUSH + 2 * self._m.nv + MOVED.itemsize // 8 * len(self._mocaps) + pulled
 
     @property
     def _world_size(self) -> int:
@@ -147,7 +141,7 @@ class Model:
         return build(a, {
             "report": report, "body_count": m.nbody, "nq": nq, "nv": nv,
             "state": m.plugin_stateadr[leader], "size": m.plugin_statenum[leader], "row": self._row,
-            "pulled": self._pulled, "signature": layout.hash_of(repr(sizes).encode()),
+            "signature": layout.hash_of(repr(sizes).encode()),
             "content": layout.hash_of(m.plugin_attr.tobytes() + values.tobytes()),
             "recent": np.zeros(STARTS * (1 + nq + nv)), "left": np.zeros(1 + nq + 2 * nv), "given": np.zeros(nv),
             "frees": with_rows(np.zeros(0, FREE), frees), "free_count": len(frees),

@@ -250,8 +250,8 @@ def _new_plugins() -> list[Plugin]:
         plugin.name = name.encode()
         plugin.nattribute, plugin.attributes = len(keys), keys
         plugin.capabilityflags, plugin.needstage = passive | sensor, int(mujoco.mjtStage.mjSTAGE_ACC)
-        plugin.compute, plugin.advance = callbacks.compute, callbacks.advance
-        plugin.reset, plugin.destroy = callbacks.reset, callbacks.destroy
+        for called in ("compute", "advance", "reset", "destroy"):
+            setattr(plugin, called, callbacks.ADDRESSES[called])
     _keep_alive(plugins, keys, jit.CALLBACKS)
     return plugins
 

@@ -173,7 +173,7 @@ def view_of(model: mujoco.MjModel, data: mujoco.MjData, name: Any = FIRST) -> Vi
         raise ValueError(f"name = {name!r}: must be the name of a plugin instance of the model")
     from contactlaw.mujoco_plugin import callbacks  # which can be compiled only once the plugin is registered
 
-    _LOOK(callbacks.look)(model._address, data._address, known[0])
+    _LOOK(callbacks.ADDRESSES["look"])(model._address, data._address, known[0])
     head = record_at(data.plugin_data[known[0]], HEAD, 1)[0]
     head["calm"] = 0  # the caller may change something, such as friction
     return View(head, known.index(number))

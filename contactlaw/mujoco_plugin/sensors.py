@@ -15,7 +15,6 @@ body, a geom, or a site (by the same rule), or with `instance=` those of one ins
 is the mean, weighted by force.
 """
 
-from functools import lru_cache
 from typing import Any
 
 import mujoco
@@ -76,7 +75,6 @@ def rows_of(view: layout.ModelView, instances: dict[int, int]) -> tuple[bool, li
     return int(mujoco.mjtStage.mjSTAGE_ACC) in stages, rows
 
 
-@lru_cache
 def address() -> int:
     """Return the address of `sense`, compiled when the first model with such sensors is made."""
     with compiling("sensors", 4):

@@ -10,7 +10,6 @@ centripetal terms energy would be gained, and damping may be stiff.
 Trees that an equality joins are one system, and one tree of the world; those on a moving mocap body are left apart.
 """
 
-from functools import lru_cache
 from typing import Any
 
 from numba import types
@@ -286,7 +285,6 @@ def press(block, b, arm, force, push):
         k = axis.carrier
 
 
-@lru_cache
 def addresses() -> dict[str, int]:
     """Return the addresses of `serve` and `press`, by their fields in the head; compiled on first use."""
     with compiling("bodies with joints", 5):

@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 
-from contactlaw.jit import INTERPRETED
 from contactlaw.laws.record import PAIR as LAW
 from contactlaw.laws.record import PAIR_SIZE
 from contactlaw.world.data import kinds
@@ -26,7 +25,7 @@ from contactlaw.world.data.records import (
     numbers_of,
 )
 from contactlaw.world.implicit.equations import room_for
-from contactlaw.world.shapes import swept
+from contactlaw.world.shapes.functions import write_addresses
 from contactlaw.world.shapes.hulls import by_direction
 from contactlaw.world.trees.coordinates import addresses
 
@@ -112,8 +111,7 @@ def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
         records.append({name: value for name, value in fields.items() if name in RECORDED} | place)
     shapes = with_rows(one.shapes, records)
     new, bodies = shapes[-len(rows) :], one.bodies
-    is_swept = (new["kind"] >= kinds.SEGMENT) & (new["kind"] < kinds.PLANE)
-    new["swept"][is_swept] = swept.address() if is_swept.any() and not INTERPRETED else 0
+    write_addresses(new)
     flat = new["kind"] >= kinds.PLANE
     far = np.linalg.norm(new["at"], axis=1) + np.linalg.norm(new["half"], axis=1)
     reach = np.where(new["kind"] == kinds.TANGENT, new["radius"], far)

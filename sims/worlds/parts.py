@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from contactlaw.world.building import CROWD_SUBSTEPS, SUBSTEPS
+
 Array = NDArray[np.float64]
 Path = Callable[[float], ArrayLike]
 """Where a driven body's centre is [m], shape (3,), at a time [s]."""
@@ -54,10 +56,10 @@ class Tuning:
     """
 
     integrator: str = "Euler"
-    substeps: int = 100
+    substeps: int = SUBSTEPS
     collide: bool = False
     fixed_bodies_move: bool | None = None
-    crowd_substeps: int = 20
+    crowd_substeps: int = CROWD_SUBSTEPS
     groups: bool = False
 
 

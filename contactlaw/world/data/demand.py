@@ -51,7 +51,7 @@ def supply(what: int) -> int:
         name, seconds, parts = made[what]
         with compiling(name, seconds) if name else nullcontext():
             for place, function, caller in parts:
-                TABLE[place] = address_of(getattr(function, "py_func", function), caller)
+                TABLE[place] = address_of(function, caller)
     return int(TABLE[what])
 
 

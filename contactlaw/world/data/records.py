@@ -167,15 +167,15 @@ SHAPE = record(
     next="i8",  # next part of a box, cylinder or hull, or of the shape that it is a part of; 0: none
     deepest="u8",  # address of the function that finds the deepest point of a disc; of a field: R on a ridge
     first="i8",  # of a hull: row in `Arrays.points` of the table of its core, along the principal axes from `at`
-    # addresses: of that table; `radius` of hulls, ellipsoids and cylinders; nearest of a hull, `meet_beside` of a field
-    points="u8", curve="u8", nearest="u8",
+    # addresses: of that table; `radius` of hulls, ellipsoids and cylinders; nearest of a hull; `meet_beside` of a field
+    points="u8", curve="u8", nearest="u8", beside="u8",
     swept="u8",  # address of `SWEPT`, of all shapes but spheres and planes
     friction="f8", priority="i8",  # coefficient for pairs that have none, and which of two shapes gives it
 )  # fmt: skip
 """A shape fixed to a body, of one of the `kinds`."""
 
-SWEPT = record(meet="u8", radius="u8", predict="u8", over_face="u8")
-"""Addresses of functions of swept shapes, see `shapes.swept`."""
+SWEPT = record(meet="u8", curve="u8", predict="u8", over_face="u8")
+"""Addresses of functions of swept shapes, see `shapes.functions`."""
 
 FIELD = record(
     columns="i8", rows="i8",

@@ -15,7 +15,7 @@ JACOBIAN_N, JACOBIAN_U, JACOBIAN_V, JACOBIAN_SPIN, ENVELOPE = range(6, 11)
 VECTORS = ENVELOPE + 1
 
 
-def room_for(unknowns):
+def room_for(unknowns: int) -> tuple[int, int]:
     """Return the shape of the working memory for so many unknowns: H, the vectors as rows below it, then M."""
     size = min(unknowns, LARGEST)
     return 2 * size + VECTORS, size

@@ -6,11 +6,9 @@ are shapes of their own; two cores meet directly in one point only where neither
 cylinder's rims and feet.
 """
 
-from functools import lru_cache
 from math import sqrt
 
-from contactlaw.jit import address_of
-from contactlaw.world.data.call import ask_deepest, ask_meeting, ask_nearest, ask_radius, ask_separation
+from contactlaw.world.data.call import ask_deepest
 from contactlaw.world.data.kinds import BOX, DISC, EDGE, PLANE, SEGMENT
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
 from contactlaw.world.shapes.core import CROWN, deepest_on_line
@@ -95,16 +93,3 @@ def separate(sa, a, sb, b, n):
         high = dot(n, support(sb, b, n))
     lowest = support(sa, a, scale(-1.0, n))
     return n, dot(n, add(sub(load(a.position), load(b.position)), lowest)), high, lowest
-
-
-@lru_cache
-def separating() -> dict[str, int]:
-    """Return the address of `separate`, compiled where there are boxes, cylinders or hulls."""
-    return {"separation": address_of(separate, ask_separation)}
-
-
-@lru_cache
-def addresses() -> dict[str, int]:
-    """Return the addresses of the other three functions, compiled where there are hulls."""
-    known = {"meet": address_of(meet, ask_meeting), "curve": address_of(radius, ask_radius)}
-    return known | {"nearest": address_of(seek_nearest, ask_nearest)}

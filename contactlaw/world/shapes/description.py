@@ -7,7 +7,7 @@ from contactlaw import checks
 from contactlaw.world.data import kinds
 from contactlaw.world.data.frames import matrix_of, turn_to, unit_quaternion
 from contactlaw.world.data.records import Array
-from contactlaw.world.shapes import convex, disc, ellipsoid, field_surface, height_field
+from contactlaw.world.shapes import field_surface
 from contactlaw.world.shapes.geometry import PLACES
 from contactlaw.world.shapes.hulls import core_of
 from contactlaw.world.shapes.parts import Fields, parts_of
@@ -89,8 +89,7 @@ class Shapes:
         """
         axes = turn_to(checks.unit_vector("axis", axis))
         sizes = np.array([checks.positive("radius", radius), checks.positive("half_length", half_length)])
-        own = _rounded(sizes[[0, 0, 1]], rounding) | {"curve": disc.addresses()["curve"]}
-        return self._solid(self._placed(kinds.CYLINDER, body, at, axes) | own)
+        return self._solid(self._placed(kinds.CYLINDER, body, at, axes) | _rounded(sizes[[0, 0, 1]], rounding))
 
     def add_ellipsoid(
         self, body: int | None, half_axes: ArrayLike, at: ArrayLike = (0.0, 0.0, 0.0),
@@ -104,7 +103,7 @@ class Shapes:
             at, quaternion: As for a box.
         """
         half, axes = _sizes("half_axes", half_axes), matrix_of(unit_quaternion("quaternion", quaternion))
-        return self._shape(self._placed(kinds.ELLIPSOID, body, at, axes) | {"half": half} | ellipsoid.addresses())
+        return self._shape(self._placed(kinds.ELLIPSOID, body, at, axes) | {"half": half})
 
     def add_hull(
         self, body: int | None, points: ArrayLike, rounding: float | None = None, at: ArrayLike = (0.0, 0.0, 0.0),
@@ -132,7 +131,7 @@ class Shapes:
         own -= middle
         reach = float(np.linalg.norm(own, axis=1).max()) + radius
         made |= {"radius": radius, "at": made["at"] + middle, "half": np.array([reach, 0.0, 0.0]), "vertices": own}
-        return self._solid(made | {"edges": edges} | convex.addresses() | convex.separating())
+        return self._solid(made | {"edges": edges})
 
     def add_plane(self, body: int | None, point: ArrayLike, normal: ArrayLike) -> int:
         """Fix a plane, the surface of a half space, to a body, or to the world: None; returns the shape's number.
@@ -169,7 +168,6 @@ class Shapes:
         axes = matrix_of(unit_quaternion("quaternion", quaternion))
         made = self._placed(kinds.HEIGHT_FIELD, body, checks.vector("at", at) + top * axes[:, 2], axes)
         made |= {"half": np.array([*half, 0.0]), "normal": self._turn(body)[1] @ axes[:, 2], "heights": rows}
-        made |= height_field.addresses()
         number = self._shape(made)
         for place in range(1, PLACES):
             self._shape(made | {"place": place}, number)
@@ -256,7 +254,7 @@ def _rounded(half: Array, rounding: float | None) -> Fields:
     radius = ROUNDING * least if rounding is None else checks.positive("rounding", rounding)
     if radius > 0.5 * least:
         raise ValueError(f"rounding = {radius}: must be at most half of the smallest half length, {0.5 * least}")
-    return {"half": half, "radius": radius} | convex.separating()
+    return {"half": half, "radius": radius}
 
 
 def tangent(row: int, partner: int, reach: float) -> Fields:

@@ -13,11 +13,9 @@ envelope theorem the force on it is the gradient of the overlap. The side of a c
 is the disc swept along the axis too, crowned by C (1 + s^2 + y^2/c^2), s from -1 to 1.
 """
 
-from functools import lru_cache
 from math import sqrt
 
-from contactlaw.jit import address_of, jit_inside
-from contactlaw.world.data.call import ask_deepest, ask_radius
+from contactlaw.jit import jit_inside
 from contactlaw.world.data.kinds import EDGE, HULL, PLANE, SEGMENT
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub, to_world
 from contactlaw.world.shapes.core import CROWN, LEAST, NOWHERE, change_of, deepest_on_line, excess_at, excess_of, local
@@ -192,9 +190,3 @@ def radius(sa, a, sb, b):
     around = (sb.half[0] if e[2] == 0.0 else rounding) if out else 0.0
     edge = axis if e[2] == 0.0 else to_world(b.axes, to_world(sb.axes, (-e[1], e[0], 0.0)))
     return radius_between(side_at(sa, u, at, crown), feature(around, 2 if out and around > 0.0 else 3, edge))
-
-
-@lru_cache
-def addresses() -> dict[str, int]:
-    """Return the addresses of `radius` and `deepest`, compiled where there are cylinders."""
-    return {"curve": address_of(radius, ask_radius), "deepest": address_of(deepest, ask_deepest)}

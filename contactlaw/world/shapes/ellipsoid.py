@@ -13,11 +13,9 @@ centre to the polyhedron gives the next normal, that of the ellipsoid where the 
 Optim. 13, 298-321): the gap is then smaller at each iteration, so that no feature is tried for ever.
 """
 
-from functools import lru_cache
 from math import copysign, sqrt
 
-from contactlaw.jit import address_of, jit_inside
-from contactlaw.world.data.call import ask_meeting, ask_radius, ask_separation
+from contactlaw.jit import jit_inside
 from contactlaw.world.data.kinds import BOX, CYLINDER, ELLIPSOID, PLANE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub, tangent, to_body, to_world
@@ -278,10 +276,3 @@ def separate(sa, a, sb, b, n):
     lowest = facing(sa, a, scale(-1.0, n))
     low = dot(n, add(sub(load(a.position), load(b.position)), lowest))
     return n, low, low - plane_gap(sa, a, sb, b, n), lowest
-
-
-@lru_cache
-def addresses() -> dict[str, int]:
-    """Return the addresses of these functions, compiled where there are ellipsoids."""
-    known = {"meet": address_of(meet, ask_meeting), "curve": address_of(radius, ask_radius)}
-    return known | {"separation": address_of(separate, ask_separation)}

@@ -93,7 +93,7 @@ def meet_place(w, p, a, b):
             c = contact_at(w.contacts, q.slot)
             one, two, three, held = (load(c.arm_a), load(c.normal)), one, two, held + 1
     held = FOLLOW if p.closed != 0 else held
-    return ask_beside(sb.nearest, sa, a, sb, b, held, (one[0], two[0], three[0]), (one[1], two[1], three[1]))
+    return ask_beside(sb.beside, sa, a, sb, b, held, (one[0], two[0], three[0]), (one[1], two[1], three[1]))
 
 
 @jit_inside
@@ -177,7 +177,7 @@ def effective_radius(sa, a, sb, b):
     if sa.meet != 0 or sb.meet != 0 or (sb.curve != 0 and sa.kind < DISC):
         where = sa.curve if sa.meet != 0 and sb.kind != HEIGHT_FIELD else sb.curve
     elif sb.kind == SEGMENT or sa.kind == DISC or sa.kind == SIDE:
-        where = swept_of(sa, sb).radius
+        where = swept_of(sa, sb).curve
     if where != 0:
         return ask_radius(where, sa, a, sb, b)
     return sa.radius if sb.kind >= BOX else sa.radius * sb.radius / (sa.radius + sb.radius), (0.0, 0.0, 0.0)

@@ -9,12 +9,11 @@ it follows (`geometry.meet_place`). Three contacts fix a ball. On fields too smo
 of them is used, see `places.places_of`.
 """
 
-from functools import lru_cache
 from math import sqrt
 
-from contactlaw.jit import address_of, jit_inside
+from contactlaw.jit import jit_inside
 from contactlaw.world.data.access import field_at
-from contactlaw.world.data.call import ask_beside, ask_deepest, ask_meeting, ask_radius
+from contactlaw.world.data.call import ask_beside, ask_meeting
 from contactlaw.world.data.kinds import DISC, ELLIPSOID, SEGMENT
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
 from contactlaw.world.shapes.core import CROWN, local, set_back
@@ -135,7 +134,7 @@ def meet_beside(sa, a, sb, b, held, arms, normals):
 
 def meet(sa, a, sb, b, _along):
     """`geometry.meet` of a round shape and a height field; where they are clearly apart, a lower bound on the gap."""
-    return ask_beside(sb.nearest, sa, a, sb, b, NEAREST, NO_PLACES, NO_PLACES)
+    return ask_beside(sb.beside, sa, a, sb, b, NEAREST, NO_PLACES, NO_PLACES)
 
 
 def radius(sa, a, sb, b):
@@ -159,10 +158,3 @@ def ridge(sa, a, sb, b, arm):
     one = 2.0 * CROWN * sa.radius / square, 1.0 / radius, scale(1.0 / sqrt(square), axis)
     size, along = radius_between(one, (least, most, to_world(b.axes, to_world(sb.axes, e))))
     return along, size
-
-
-@lru_cache
-def addresses() -> dict[str, int]:
-    """Return the addresses of these functions, compiled when a scene has a height field."""
-    own = {"meet": address_of(meet, ask_meeting), "curve": address_of(radius, ask_radius)}
-    return own | {"nearest": address_of(meet_beside, ask_beside), "deepest": address_of(ridge, ask_deepest)}

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from contactlaw.world.data.kinds import BOX, CORNER, CYLINDER, DISC, EDGE, HEIGHT_FIELD, HULL, PLANE, SIDE
-from contactlaw.world.shapes import disc
 from contactlaw.world.shapes.core import CROWN
 
 Fields = dict[str, Any]
@@ -45,7 +44,7 @@ def parts_of(core: Fields, others: set[int]) -> list[Fields]:
             out += [base | {"kind": EDGE, "at": core["at"] + own @ (h * m), "half": along} for m in middles]
         return out
     radius, up, axis = half[0] - r * (1.0 - 2.0 * CROWN), (half[2] - r) * own[:, 2], own[:, 2]
-    round_ = base | {"normal": axis, "deepest": disc.addresses()["deepest"]}
+    round_ = base | {"normal": axis}
     out = []
     for one in (up, -up):
         out.append(round_ | {"kind": DISC, "at": core["at"] + one, "half": radius * own[:, 0]})

@@ -1,28 +1,22 @@
 """Swept shapes: capsules and edges (a sphere along a segment), rims and sides of cylinders (along a disc), and cores.
 
-These functions are called by address through `TABLE`, so that they are compiled only where a scene has such shapes.
-Hulls and ellipsoids have functions of their own in place of some, see `convex` and `ellipsoid`.
+Hulls and ellipsoids have functions of their own in place of some, see `functions`.
 """
 
-from functools import lru_cache
 from math import sqrt
 
-import numpy as np
-
-from contactlaw.jit import address_of
 from contactlaw.world.bodies.bounds import LARGEST_TURN, time_to_close, turning_bound
 from contactlaw.world.bodies.motion import change_bound, turn_rate, velocity_at
-from contactlaw.world.data.call import ask_deepest, ask_meeting, ask_over_face, ask_radius, ask_time
+from contactlaw.world.data.call import ask_deepest
 from contactlaw.world.data.kinds import DISC, EDGE, SEGMENT, SIDE
-from contactlaw.world.data.records import NEVER, SWEPT
+from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub, to_world
-from contactlaw.world.shapes.core import deepest_on_line, lies_over_face, nearest_on_core
+from contactlaw.world.shapes.core import deepest_on_line, nearest_on_core
 from contactlaw.world.shapes.curvature import radius_between, rim, side_at
 from contactlaw.world.shapes.geometry import centre, half_axis, round_on_round
 from contactlaw.world.shapes.segments import CAPSULE_CROWN, clip, nearest_on_segments
 
 GROWN = 1.5  # bound on the growth of accelerations by rotation within LARGEST_TURN
-TABLE = np.zeros(1, SWEPT)
 
 
 def meet(sa, a, sb, b, along):
@@ -101,11 +95,3 @@ def predict_side(p, sa, a, sb, b, n, arm_a, left):
         gap = max(p.gap, height + s * rises)
         wait = min(wait, time_to_close(gap, middle + s * along, p.acceleration))
     p.toi = p.checked + min(wait, horizon) if wait < left or horizon < left else NEVER
-
-
-@lru_cache
-def address() -> int:
-    """Return the address of the table, filled; its functions are compiled on the first call."""
-    TABLE["meet"], TABLE["radius"] = address_of(meet, ask_meeting), address_of(radius, ask_radius)
-    TABLE["predict"], TABLE["over_face"] = address_of(predict_side, ask_time), address_of(lies_over_face, ask_over_face)
-    return TABLE.ctypes.data
