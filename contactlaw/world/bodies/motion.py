@@ -291,9 +291,9 @@ def turn_rate(b):
 
 
 @jit_inside
-def decay(b):
-    """Return a bound on the rate [1/s] at which damping in joints slows a body."""
-    return 0.0 if b.tree == 0 else tree_at(b.tree, 0).decay
+def swing(b):
+    """Return the least rate [1/s] of substeps for damping in joints not to let a body swing, see `trees.mobility`."""
+    return 0.0 if b.tree == 0 else tree_at(b.tree, 0).swing
 
 
 @jit_inside

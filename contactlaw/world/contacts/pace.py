@@ -4,7 +4,7 @@ from math import sqrt
 
 from contactlaw.jit import jit_inside
 from contactlaw.laws.hertz import hertz_stiffness
-from contactlaw.world.bodies.motion import closing_at, decay, mobility_between
+from contactlaw.world.bodies.motion import closing_at, mobility_between, swing
 from contactlaw.world.contacts.force import is_quasi_static
 from contactlaw.world.data.access import body_at, contact_at, pair_at, shape_at, tree_at
 from contactlaw.world.data.call import ask_deepest
@@ -13,7 +13,7 @@ from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import cross, dot, load, norm, sub
 from contactlaw.world.shapes.geometry import effective_radius, meet_near
-from contactlaw.world.trees.motion import LARGEST_LAG, SUBSTEP_TURN
+from contactlaw.world.trees.motion import SUBSTEP_TURN
 
 FEWER = 4.0  # by which the substeps of a quasi-static contact are divided
 STEADY = 1e-2  # `share` of `force.is_quasi_static` below which substeps need only be stable
@@ -139,8 +139,8 @@ def longest_substep(w, c, a, b, substeps):
     together = max(a.square_rate, b.square_rate)
     if together > 0.0:
         longest = min(longest, sqrt(ALIKE / together) / STABLE)
-    rate = decay(a) + (decay(b) if b.tree != a.tree else 0.0)
-    longest = longest if rate * longest <= LARGEST_LAG else max(LARGEST_LAG / rate, longest / MAX_SHORTENING)
+    rate = swing(a) + (swing(b) if b.tree != a.tree else 0.0)
+    longest = longest if rate * longest <= 1.0 else max(1.0 / rate, longest / MAX_SHORTENING)
     return min(longest, SUBSTEP_TURN / max(change_rate(a), change_rate(b), 1e-9))
 
 

@@ -105,7 +105,7 @@ TREE = record(
     coupling="f8",  # greatest diagonal entry of the mass matrix over its pivot
     change_rate="f8",  # [rad/s] at which its motion changes: the greatest `rate` plus spin relative to the parent
     max_acceleration="f8", effort="f8",  # [m/s^2] of its bodies, greatest; greatest ratio to the root of their mobility
-    decay="f8",  # [1/s] at which damping may slow a velocity, at most
+    decay="f8", swing="f8",  # [1/s] at which damping may slow a velocity, at most; over the lag that groups may have
     lag="f8", span="f8",  # [s] s of M + s D, by which damping is implicit, see `trees.motion`; length of the step
     midway="i8",  # 1: damping acts on the velocities at the start of a group of substeps, which are in `room`
     passes="i8",  # whether it may stay where the engine's step has put it, see `near.passing`: DENIED, ASKED, PASSES

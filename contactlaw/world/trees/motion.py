@@ -6,7 +6,8 @@
 Damping that the steps of a flight are too long to follow is linearly implicit: M + h/2 D replaces M. Steady velocities
 remain right. In the leapfrog damping follows the implicit midpoint rule over a group of substeps of T seconds, contacts
 included: with M + T/2 D in place of M, v1 - v0 = M^-1 (T (f - D (v0 + v1)/2) + p), from the middle of the group's first
-drift, where its kicks begin to count, to that of the next group's. Where that would oscillate, M + s D reduces each
+drift, where its kicks begin to count, to that of the next group's. Velocities of rates r > 2/T swing about what
+contacts and forces ask for; their mean does not. Where they would for long, see `mobility`, M + s D reduces each
 rate r to r/(1 + s r), with s such that no velocity loses more than half in a substep.
 
 In the leapfrog M and a are held for a few substeps, at their values in the middle of the kicks that end these: the
@@ -40,7 +41,6 @@ FAST_TURN, SHARE = 0.35, 0.1
 # the world's
 SHORT_TURN, SHORT = 0.01, 0.1
 LARGEST_DECAY = 0.5  # share of a velocity lost by damping in such a step
-LARGEST_LAG = 2.0  # rate of damping times a group of substeps up to which the midpoint rule does not oscillate
 STIFF = 4.0  # times more steps of a flight for damping at most; faster damping is implicit
 
 
@@ -205,7 +205,7 @@ def predict_midpoint(t, h):
     """
     n = t.v_size
     rate = max(t.change_rate, 1e-9)
-    longest = min(max(min(LONGEST_HOLD, SUBSTEP_TURN / rate), HELD_TURN / rate), LARGEST_LAG / max(t.decay, 1e-9))
+    longest = min(max(min(LONGEST_HOLD, SUBSTEP_TURN / rate), HELD_TURN / rate), 1.0 / max(t.swing, 1e-9))
     turned = 0.0
     for k in range(n):
         turned = max(turned, abs(vector(t.kick_v, n)[k]) * norm(load(axis_at(t.axes, k).spin)))
@@ -213,7 +213,7 @@ def predict_midpoint(t, h):
     t.hold = int(max(min(HOLD, longest / h), 1.0)) if t.held == h else 1
     kicks, known = (0.5 * t.hold, 0.5) if t.held > 0.0 else (1.0, 1.0)  # half a kick of the first substep is known
     t.held = h
-    stiff = h * t.decay > LARGEST_LAG
+    stiff = h * t.swing > 1.0
     t.lag = h / LARGEST_DECAY - 1.0 / t.decay if stiff else 0.5 * h * t.hold
     half = 0.5 * h * (t.hold + 1)
     q, v, a, x = vector(t.q, t.q_size), vector(t.v, n), vector(t.a, n), vector(t.x, n)
