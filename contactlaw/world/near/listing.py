@@ -26,7 +26,7 @@ from contactlaw.world.shapes.geometry import centre, meet
 # shapes, that of going through the list in each window with the bodies.
 MARGIN_STEPS = 4.0
 PARTS_MARGIN_STEPS = 16.0  # the same where most shapes have parts: guards tell cheaply which of these are near
-BRIEF_STEPS = 3.0  # the same where near pairs are listed in each step: `near.passing` looks two steps ahead of its end
+BRIEF_STEPS = 1.0  # the same where near pairs are listed in each step anyhow
 # Bodies among which margins last one step: each step has many windows, and each goes through the list. These margins
 # allow for impacts too, see `set_margins`.
 MANY_BODIES = 256
