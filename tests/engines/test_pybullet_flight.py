@@ -115,7 +115,7 @@ def test_a_box_that_tumbles_in_flight_keeps_its_energy_and_angular_momentum(clie
     def turning() -> tuple[float, float]:
         axes = np.reshape(p.getMatrixFromQuaternion(p.getBasePositionAndOrientation(body, client)[1]), (3, 3))
         spin = axes.T @ velocities(client, body)[1]
-        return spin @ (inertia * spin), np.linalg.norm(inertia * spin)
+        return float(spin @ (inertia * spin)), float(np.linalg.norm(inertia * spin))
 
     callback.step()
     before = turning()
