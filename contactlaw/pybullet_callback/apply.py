@@ -34,9 +34,20 @@ def finish_step(block):
         return rows.OTHERS if others > 0 else rows.UNKNOWN
     if not (ready(w, STEP) and call_step(address(w, STEP), w, head.dt, GROWING_ROOM)):
         return rows.NO_ROOM
+    keep_tumbling(head, w)
     end_near(head, w)
     done = write_bodies(head, w)
     return done if done > 0 or not is_at_rest(w) else rows.ASLEEP
+
+
+@jit_inside
+def keep_tumbling(head, w):
+    """Mark bodies in free flight that Bullet would turn wrong as touched, so that they end it as in the world."""
+    for k in range(head.count):
+        r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
+        free = r.mass > 0.0 and r.in_tree == 0 and r.disturbed == 0 and b.asleep == 0
+        if free and rows.tumbles(b, head.dt):
+            b.touched = 1
 
 
 @jit_inside

@@ -100,14 +100,14 @@ def read_bodies(head, w):
 
 @jit_inside
 def all_pass(head, w):
-    """Return whether no two bodies can touch in this step or the next; bodies that Bullet might not turn as told may.
+    """Return whether no two bodies can touch in this step or the next; bodies that tumble may.
 
     Lists near pairs anew if need be.
     """
     ahead = 2.0 * head.dt
     for k in range(head.count):
         b = body_at(w.bodies, k + 1)
-        if b.reach > 0.0 and b.still == 0 and head.dt * norm(load(b.spin)) >= rows.MOST_TURN:
+        if b.still == 0 and rows.tumbles(b, head.dt):
             return False
         w.stale |= may_leave_margin(b, ahead)
     if any_guard_exceeded(w, -NEVER, ahead):

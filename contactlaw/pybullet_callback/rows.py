@@ -9,8 +9,9 @@ of change each reading and writing would raise the energy of what tumbles by the
 
 Bullet steps first, with the force of the contacts in the step before as a push on what is pressed. Then the world takes
 the same step with the accelerations that Bullet's step had besides that push, and pose and velocity of what contacts
-have touched are written to PyBullet (`write_bodies`). The accelerations follow from the change of velocity. If that is
-not due to gravity and the push alone, Python is asked to read the pose too, and the mass of a body that was pushed.
+have touched, or what tumbles in free flight, are written to PyBullet (`write_bodies`). The accelerations follow from
+the change of velocity. If that is not due to gravity and the push alone, Python is asked to read the pose too, and the
+mass of a body that was pushed.
 """
 
 from math import cos, isfinite, pi, sin
@@ -19,7 +20,7 @@ from typing import Any
 from contactlaw.jit import jit_inside
 from contactlaw.laws.record import record
 from contactlaw.memory import element, set_whole
-from contactlaw.world.bodies.motion import set_axes, spin_after
+from contactlaw.world.bodies.motion import gyroscopic, set_axes, spin_after, spin_change
 from contactlaw.world.data.quaternion import product, store4, unit
 from contactlaw.world.data.records import VECTOR
 from contactlaw.world.data.vec import axpy, load, norm, scale, store, to_body, to_world
@@ -53,6 +54,9 @@ HEAD = record(
 """Input of the compiled code (addresses, time step [s], gravity [m/s^2]) and its results."""
 
 MOST_TURN = 0.25 * pi  # [rad] in a step of Bullet
+# Share of its spin by which gyroscopic moments change that of a free body in a step: Bullet, in which they act
+# explicitly, raises its energy by the square of that in each step
+MOST_TUMBLE = 1e-4
 EXACT = 1e-12  # relative difference that counts as rounding
 NOTED, LISTED, ASLEEP, FLAGS = 1, 2, 4, 8  # bits of `check_contacts`, and the first free one: see there
 NOT_FINITE, NO_ROOM, OTHERS, UNKNOWN = -1, -2, -3, -4  # of `finish_step`
@@ -117,6 +121,14 @@ def turn_in(dt, spin):
     half = 0.5 * min(norm(whole), MOST_TURN)
     x, y, z = scale(0.5 * sin(half) / max(half, 1e-300), whole)
     return unit((cos(half), x, y, z))
+
+
+@jit_inside
+def tumbles(b, dt):
+    """Return whether a body in free flight turns such that Bullet would do it wrong."""
+    spin = load(b.spin)
+    turn, change = dt * norm(spin), dt * norm(spin_change(b, gyroscopic(b, spin)))
+    return b.reach > 0.0 and (turn >= MOST_TURN or change > MOST_TUMBLE * norm(spin))
 
 
 @jit_inside

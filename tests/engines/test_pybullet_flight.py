@@ -106,6 +106,23 @@ def test_what_is_done_in_flight_is_noticed_in_the_same_step(act: Callable[[int, 
     assert flown == pytest.approx(known, rel=1e-9, abs=1e-10)
 
 
+def test_a_box_that_tumbles_in_flight_keeps_its_energy_and_angular_momentum(client: int) -> None:
+    """In Bullet's own flight the one falls by half in this second, the other by a quarter."""
+    body = box(client, [30.0, 20.0, 25.0])
+    callback, _ = in_contact(client, body, slab(client), pair_of(), dt=1 / 240)
+    inertia = np.array(p.getDynamicsInfo(body, -1, client)[2])
+
+    def turning() -> tuple[float, float]:
+        axes = np.reshape(p.getMatrixFromQuaternion(p.getBasePositionAndOrientation(body, client)[1]), (3, 3))
+        spin = axes.T @ velocities(client, body)[1]
+        return float(spin @ (inertia * spin)), float(np.linalg.norm(inertia * spin))
+
+    callback.step()
+    before = turning()
+    step(callback, 240)
+    assert turning() == pytest.approx(before, rel=1e-4)
+
+
 def test_a_ball_in_flight_is_read_once_a_step(client: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its velocity follows from its poses."""
     body = ball(client, UP, [0.3, 0, 1.0])
