@@ -45,7 +45,7 @@ HEAD = record(
     ranges="u8", range_count="i8", height_ranges="i8", watched="u8",
     mocaps="u8", trees="u8", springs="u8",
     # doubles of the instance in plugin_state; where in them the state of the world begins; with tendons nv before that
-    # are the forces of their springs on free bodies
+    # are the forces of springs, see `kept_springs`
     size="i8", row="i8",
     tree_stage="u8", tree_force="u8",  # addresses of `trees.serve` and `trees.press`
     report="u8", address="u8",  # addresses of the function for reports, and of this record
@@ -151,6 +151,12 @@ def entry(address, i):
 def checksums(head):
     """Return the checksums of the state in mjData."""
     return state_at(shifted(data_at(head.data, 0).plugin_state, head.state), 0)
+
+
+@jit_inside
+def kept_springs(head):
+    """Return what the state has of the forces of springs in the last step, (nv,) if the model has tendons."""
+    return floats(data_at(head.data, 0).plugin_state, head.state + head.row - head.nv, head.nv)
 
 
 @jit_inside

@@ -2,7 +2,9 @@
 
 A spring of stiffness k along a row J adds h/2 J^T k J to the damping, as its mean force in a step of h [s] is that at
 the mean of both ends: the force of the start, held, would give (k/m) h^2/2 of the energy in each step of a contact that
-lasts. So do springs of joints and tendons, and servos, actuators whose force falls with the length of what they move.
+lasts. So do springs of joints, and servos, actuators whose force falls with the length of what they move; springs of
+tendons only under Runge-Kutta. As a tendon turns, its force changes in ways that J does not tell, so that otherwise
+`follow_springs` lets velocities follow it.
 
 Joint limits that the engine has found active are soft, and act in the world as in the engine. The force of such a
 constraint is f = D (a_ref - a), never less than zero, with a_ref = -B dr/dt - K I r, where r < 0 is the distance of the
@@ -25,7 +27,16 @@ from numba import types
 
 from contactlaw.memory import whole_at
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import entry, floats, gather, last_state, number, places_in, spring_at
+from contactlaw.mujoco_plugin.block import (
+    entry,
+    floats,
+    gather,
+    kept_springs,
+    last_state,
+    number,
+    places_in,
+    spring_at,
+)
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.world.data.access import axis_at, joint_at
 from contactlaw.world.data.records import SLIDE
@@ -83,7 +94,8 @@ def read_springs(head, j, t):
     for i in range(j.first_spring, j.first_spring + j.spring_count):
         s = spring_at(head.springs, i)
         if s.actuator < 0:
-            read_tendon(head, j, t, s.row)
+            if head.lag == 0.0:
+                read_tendon(head, j, t, s.row)
             continue
         force, stiffness = number(d.actuator_force, s.row), -number(m.actuator_biasprm, layout.BIAS * s.actuator + 1)
         if force == 0.0 or not stiffness > 0.0 or at_limit(force, floats(m.actuator_forcerange, 2 * s.actuator, 2)):
@@ -144,6 +156,31 @@ def read_tendon_spring(head, j, t, tendon):
 
 
 read_tendon = jit(read_tendon_spring if layout.TENDON_ROWS else lambda head, j, t, tendon: None)
+
+
+@jit
+def follow_springs(head, j, t, follows):
+    """Let a tree that follows have half a step of the change of its tendons' springs since the last step, see `free`.
+
+    Springs of its hinges and slides are left out, as they change within the step. Those of its ball joints are not, so
+    that they damp. Its mass matrix, with damping, is that of the start of the step.
+    """
+    m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
+    x, v, kept = vector(t.x, n), vector(t.v, n), kept_springs(head)
+    on = m.opt.disableflags & layout.NO_SPRING == 0
+    for k in range(n):
+        place = whole_at(head.places, j.v + k)
+        joint, force = entry(m.dof_jntid, place), number(d.qfrc_spring, place)
+        if on and entry(m.jnt_type, joint) >= SLIDE:
+            force += number(m.jnt_stiffness, joint) * number(head.start, 1 + entry(m.jnt_qposadr, joint))
+        x[k] = force - kept[place]
+        kept[place] = force
+    if follows:
+        factor = vector(t.factor, (n, n))
+        solve_lt(t, factor, x, n - 1, True)
+        solve_ld(t, factor, x)
+        for k in range(n):
+            v[k] += head.lag * x[k]
 
 
 @jit

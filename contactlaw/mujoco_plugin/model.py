@@ -96,7 +96,7 @@ class Model:
     def _row(self) -> int:
         """Where the state of the world begins in it."""
         # when the state is sized, while the model is compiled, the stiffnesses of tendons are not known yet
-        pulled = self._m.nv if self._frees and self._m.ntendon else 0
+        pulled = self._m.nv if self._m.ntendon else 0
         return PUSH + 2 * self._m.nv + MOVED.itemsize // 8 * len(self._mocaps) + pulled
 
     @property

@@ -29,7 +29,13 @@ from contactlaw.mujoco_plugin.block import (
     scatter,
     shifted,
 )
-from contactlaw.mujoco_plugin.joint_forces import move_springs, read_equalities, read_limits, read_springs
+from contactlaw.mujoco_plugin.joint_forces import (
+    follow_springs,
+    move_springs,
+    read_equalities,
+    read_limits,
+    read_springs,
+)
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.mujoco_plugin.notices import TOWED, report_once
 from contactlaw.world.bodies.motion import is_static
@@ -205,8 +211,9 @@ def read_tree(head, j, t):
     read_equalities(head, j, t)
     t.stale, t.span = 1, head.step_size
     asleep = body_at(t.bodies, 0).asleep != 0
-    leads = head.lag > 0.0 and not (is_pressed(t) or asleep)
-    if (d.nl > 0 or leads) and not asleep:
+    pressed, lags, tendons = is_pressed(t), head.lag > 0.0 and not asleep, m.ntendon != 0
+    leads, follows = lags and not pressed, lags and pressed and tendons and body_at(t.bodies, 0).placed == 0
+    if (d.nl > 0 or leads or follows) and not asleep:
         clear(vector(t.x, n))
         call_on_tree(t.move, t)
         t.stale = PLACED
@@ -214,8 +221,10 @@ def read_tree(head, j, t):
         if not asleep:
             rest_accelerations(t, 0.0)
         read_limits(head, j, t)
-    a = rest_accelerations(t, head.step_size) if leads else vector(t.a, n)
+    a = rest_accelerations(t, head.step_size) if leads or follows else vector(t.a, n)
     gather(head, velocities, j.v, v)
+    if tendons:
+        follow_springs(head, j, t, follows)
     read_springs(head, j, t)
     for i in range(n if leads else 0):
         v[i] += head.lag * a[i]  # the velocities at the time of the coordinates

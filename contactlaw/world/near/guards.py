@@ -253,8 +253,8 @@ def time_apart(w, g, left):
     a, b, n = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b), load(g.normal)
     if g.body_a != shape_at(w.shapes, g.a).body:
         n = scale(-1.0, n)
-    time, apart, gap = left, 0.0, max(g.low - g.high, 0.0)
-    for _ in range(LOOKS):
+    time, apart, gap = left, 0.0, g.low - g.high
+    for _ in range(LOOKS if gap > 0.0 else 0):
         g.closing, g.growth, mean = closing_along(a, b, n, time)
         if gap > time * mean:
             return time
