@@ -287,10 +287,6 @@ jit = jit_for("")
 """`numba.njit` with the cache keyed on every source of the package; plain Python under NUMBA_DISABLE_JIT=1."""
 
 
-jit_inside = jit
-"""`jit`, for functions that only compiled code calls."""
-
-
 jit_inline = jit_for("", forceinline=True)
 """`jit` for small functions that are called at every substep: always inlined into the caller."""
 

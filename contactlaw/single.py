@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit_module
 from contactlaw.laws.base import Array
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.normal_motion import TRACK, Motion
@@ -42,7 +42,6 @@ class History(NamedTuple):
     damping_loss: Array
 
 
-@jit
 def force_along_path(p, approach, displacement, header, memory, normal_out, tangential_out):
     """Forces [N] along straight segments of overlap (n,) and tangential displacement (n, 2) [m], from zero overlap.
 
@@ -78,7 +77,6 @@ def force_along_path(p, approach, displacement, header, memory, normal_out, tang
         normal_out[j], tangential_out[j, 0], tangential_out[j, 1] = contact.force, contact.f, contact.g
 
 
-@jit
 def direction(displacement):
     """Direction of the straight line on which a path (n, 2) runs, up to rounding; (0, 0) if it is not straight."""
     size, far = 0.0, 0
@@ -98,7 +96,6 @@ def direction(displacement):
     return x, y
 
 
-@jit
 def impact_by_steps(p, header, memory, motion: Motion, scale: Scale, deepest, speed, track_out):
     """Sliding speed [m/s] after one impact along a line.
 
@@ -141,7 +138,6 @@ def impact_by_steps(p, header, memory, motion: Motion, scale: Scale, deepest, sp
     return speed
 
 
-@jit
 def write_history(motion: Motion, scale: Scale, track, along, force_out, out: History):
     """Write the tangential force on A [N], shape (n, 3), and the other histories.
 
@@ -163,7 +159,6 @@ def write_history(motion: Motion, scale: Scale, track, along, force_out, out: Hi
         out.damping_loss[k] = 0.5 * energy * (1.0 - square) - stored
 
 
-@jit
 def impacts_by_steps(p, header, memory, motion: Motion, deepest, psi_1, chi, psi_2_out):
     """psi_2 of whole impacts, arrays (n,). p: numbers of a pair with E* = G* = 3/4 Pa, R = 1 m and mu = 1."""
     no_track = np.empty(0, TRACK)
@@ -171,3 +166,6 @@ def impacts_by_steps(p, header, memory, motion: Motion, deepest, psi_1, chi, psi
         side = 1.0 if psi_1[j] >= 0.0 else -1.0
         scale = Scale(1.0, 1.0, 1.0, 0.5 / chi[j])
         psi_2_out[j] = side * impact_by_steps(p, header, memory, motion, scale, deepest, side * psi_1[j], no_track)
+
+
+jit_module(__name__)

@@ -9,44 +9,39 @@ and P = 0 where these are negative.
 from math import sqrt
 
 from contactlaw.jit import jit_inline as jit
+from contactlaw.jit import jit_module
 
 HERTZ_DURATION = 2.9432751843247047  # T v/delta_max = 4/5 sqrt(pi) Gamma(2/5)/Gamma(9/10); Johnson (1985) section 11.4
 # (m/k) (pi/T_Hertz)^2/sqrt(delta_max): it depends on neither mass nor speed
 LINEAR_STIFFNESS = 0.8 * (3.141592653589793 / HERTZ_DURATION) ** 2
 
 
-@jit
 def hertz_stiffness(pair):
     """k = 4/3 E* sqrt(R) [N/m^1.5]. pair: `record.PAIR`, or `record.CONTACT`, whose radius may differ."""
     return 4.0 / 3.0 * pair.e_star * sqrt(pair.radius)
 
 
-@jit
 def greatest_overlap(k, m, overlap, closing):
     """Greatest overlap [m] that an undamped contact of this overlap [m] and closing speed [m/s] will reach."""
     return (overlap * overlap * sqrt(overlap) + 1.25 * m * closing * closing / k) ** 0.4
 
 
-@jit
 def stiffness_foreseen(contact, linear, deepest):
     """Stiffness k of the normal spring: linear, for the greatest overlap foreseen [m], [N/m]; else Hertz [N/m^1.5]."""
     k = hertz_stiffness(contact)
     return LINEAR_STIFFNESS * k * sqrt(deepest) if linear else k
 
 
-@jit
 def elastic_force(contact, linear, overlap):
     """Elastic normal force [N] at an overlap > 0 [m]."""
     return contact.stiffness * overlap if linear else contact.stiffness * overlap * sqrt(overlap)
 
 
-@jit
 def damping_of(contact):
     """Damping coefficient [N s/m] of the damper on Hertz's spring."""
     return sqrt(5.0 * contact.mass * contact.stiffness * sqrt(contact.overlap)) * contact.zeta
 
 
-@jit
 def normal_force(contact, pair, free, dt):
     """Normal force [N] and its ratio to the elastic one.
 
@@ -70,3 +65,6 @@ def normal_force(contact, pair, free, dt):
     if force <= 0.0:
         return 0.0, 0.0
     return force, force / elastic
+
+
+jit_module(__name__, jit)

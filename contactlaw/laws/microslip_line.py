@@ -42,7 +42,7 @@ from math import sqrt
 
 import numpy as np
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit_module
 from contactlaw.laws.hertz import hertz_stiffness
 from contactlaw.laws.record import pair_of, record
 
@@ -50,13 +50,11 @@ PIECE = np.dtype((np.record, record("end", "root", "place", "origin", "slope", "
 """A row of the stack, a piece v = origin + slope y: its outer end y and w = sqrt(y), with v (place), I and J there."""
 
 
-@jit
 def new_stack(pieces):
     """Return an empty stack for a path of that many straight pieces; row 0 is the centre of the contact."""
     return np.zeros(pieces + 1, PIECE)
 
 
-@jit
 def put(stack_io, top, end, root, place, origin, slope):
     """Write the piece v = origin + slope y, which begins at the end of the previous row, into row top."""
     one, before = stack_io[top], stack_io[top - 1]
@@ -69,7 +67,6 @@ def put(stack_io, top, end, root, place, origin, slope):
     one.squares = before.squares + width * (origin * (origin + 2.0 * slope * cubic) + slope * slope * fifth)
 
 
-@jit
 def advance(stack_io, top, s, overlap, root):
     """Follow a straight piece of path to the displacement s and an overlap > 0; return the new top and s.
 
@@ -107,19 +104,16 @@ def advance(stack_io, top, s, overlap, root):
     return 1, sense * overlap
 
 
-@jit
 def spring_sum(stack, top, s):
     """Integral of s - v over w [m^1.5], F/(2 mu E* sqrt(R))."""
     return s * stack[top].root - stack[top].integral
 
 
-@jit
 def stored(stack, top, s):
     """Integral of (s - v)^2 over w [m^2.5], energy over G* sigma^2 sqrt(R)."""
     return max(s * (s * stack[top].root - 2.0 * stack[top].integral) + stack[top].squares, 0.0)
 
 
-@jit
 def force_along_path(p, approach, displacement, normal_out, tangential_out):
     """Exact forces [N] along straight segments of overlap and displacement (n,) [m], from zero overlap, for mu > 0.
 
@@ -147,7 +141,6 @@ def force_along_path(p, approach, displacement, normal_out, tangential_out):
         before, place = overlap, displacement[j]
 
 
-@jit
 def impact(motion, chi, unit, speed, track_out):
     """Scaled sliding speed psi_2 after one impact with mu > 0, by integration of psi' = -2 chi F/mu.
 
@@ -178,3 +171,6 @@ def impact(motion, chi, unit, speed, track_out):
         one = track_out[k]
         one.force, one.stored, one.work, one.speed = force * pull, energy * elastic, energy * work, rate * now
     return after
+
+
+jit_module(__name__)

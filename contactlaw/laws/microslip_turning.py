@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from contactlaw.jit import jit, jit_inline, jit_of_sums
+from contactlaw.jit import jit, jit_inline, jit_module, jit_of_sums
 from contactlaw.laws.base import Array
 from contactlaw.laws.microslip import Microslip, displace, keeps_sliding
 from contactlaw.laws.nodes import levers, step_of
@@ -88,7 +88,6 @@ def on_a_line(contact, memory, du, dv):
     return step * step <= narrow * (du * du + dv * dv) and middle * middle <= narrow * (u * u + v * v)
 
 
-@jit_of_sums
 def fans_out(law, memory, s2, overlap, before, gu, gv, cap):
     """Return whether displaced nodes have tractions in different directions and some must slip; see `displace`."""
     rate = 1.0 / (overlap - before) if overlap > before else 1e300
@@ -129,7 +128,6 @@ def returned(x, y, limit, before_u, before_v):
     return x * way_x - y * way_y, x * way_y + y * way_x
 
 
-@jit_of_sums
 def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
     """`microslip.displace`, with the same arguments and results, under Coulomb's limit on the surface.
 
@@ -167,7 +165,6 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
     return within * pull_u, within * pull_v
 
 
-@jit_of_sums
 def rings_of(law, memory, springs, active):
     """Rings of the tractions of springs; only `active` ones are in contact."""
     n, room = memory.shape[1], np.zeros((7, memory.shape[1]))
@@ -191,7 +188,6 @@ def rings_of(law, memory, springs, active):
     return rings
 
 
-@jit_of_sums
 def relax(law, rings, active, tolerance):
     """Return rings to their limits until a sweep changes their forces by no more than `tolerance` [N/m].
 
@@ -219,7 +215,6 @@ def relax(law, rings, active, tolerance):
     return inner
 
 
-@jit_of_sums
 def set_springs(law, memory, springs, rings, inner):
     """Set the tractions of springs from ring `inner` outwards by the rings' forces; return the dissipation times G*."""
     (_, free, new), force, n, dissipated = springs, rings.force, memory.shape[1], 0.0
@@ -235,7 +230,6 @@ def set_springs(law, memory, springs, rings, inner):
     return dissipated
 
 
-@jit_of_sums
 def pull_back(law, memory, springs, dissipated, turned):
     """Move tractions whose dissipation is negative towards the reversed ones of the start (turned = 1) or zero (0).
 
@@ -289,3 +283,6 @@ class MicroslipTurning(Microslip):
             return carried(contact, pull_u * share, pull_v * share)
         pull_u, pull_v = displace(law, memory, *step)
         return carried(contact, pull_u * share, pull_v * share)
+
+
+jit_module(__name__, jit_of_sums)

@@ -8,10 +8,9 @@ the linear spring and dashpot by Schwager & Poeschel, Granular Matter 9 (2007) 4
 
 from math import acos, acosh, cos, cosh, exp, pi, sin, sinh, sqrt
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit_module
 
 
-@jit
 def end_phase(zeta):
     """Phase at which the contact force falls to zero, for damping ratio zeta >= 0."""
     if abs(zeta - 1.0) < 1e-6:
@@ -21,13 +20,11 @@ def end_phase(zeta):
     return 2.0 * acosh(zeta) / sqrt((zeta - 1.0) * (zeta + 1.0))
 
 
-@jit
 def restitution(zeta):
     """Restitution of the damped impact, which ends at zero force."""
     return exp(-zeta * end_phase(zeta))
 
 
-@jit
 def damping_ratio(e):
     """Damping ratio zeta of a restitution 0 < e <= 1, the inverse of `restitution`, by bisection to rounding."""
     if e == 1.0:
@@ -43,7 +40,6 @@ def damping_ratio(e):
             high = middle
 
 
-@jit
 def phase_point(theta, zeta):
     """Scaled y and v at a phase; at the touch y = theta and v = 1."""
     if abs(zeta - 1.0) < 1e-6:
@@ -58,7 +54,6 @@ def phase_point(theta, zeta):
     return fade * s, fade * (c - zeta * s)
 
 
-@jit
 def phase_of_velocity(v, zeta):
     """Phase at which the normal velocity has fallen to v, between 1 and minus the restitution."""
     if zeta == 0.0:
@@ -77,3 +72,6 @@ def phase_of_velocity(v, zeta):
             return following
         theta = following
     return theta
+
+
+jit_module(__name__)

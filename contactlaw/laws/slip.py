@@ -9,6 +9,7 @@ share of P is infinite; gross slip then misses psi_1 - 2 chi (1 + e) by 4 chi ze
 from math import sqrt
 
 from contactlaw.jit import jit_inline as jit
+from contactlaw.jit import jit_module
 from contactlaw.laws.record import LASTING, SLIDING
 
 STRAIGHT = 1e-6  # sine of the angle up to which a slide that turns within a step counts as straight
@@ -17,13 +18,11 @@ STRAIGHT = 1e-6  # sine of the angle up to which a slide that turns within a ste
 AT_LIMIT = 1.0 - STRAIGHT**2
 
 
-@jit
 def stuck_stiffness(contact):
     """Tangential stiffness 2 G* a [N/m] of a contact that sticks everywhere (Mindlin 1949)."""
     return 2.0 * contact.g_star * sqrt(contact.radius * contact.overlap)
 
 
-@jit
 def slides_on(contact, du, dv, given_up):
     """Return whether a contact that has slid as a whole since the touch still does; if so, set its force to friction.
 
@@ -55,7 +54,6 @@ def slides_on(contact, du, dv, given_up):
     return True
 
 
-@jit
 def sliding_direction(contact):
     """Direction of the tangential force of a sliding contact; (0, 0) if the force is zero."""
     size = sqrt(contact.f * contact.f + contact.g * contact.g)
@@ -64,7 +62,6 @@ def sliding_direction(contact):
     return contact.f / size, contact.g / size
 
 
-@jit
 def slipped_along_mean(x, y, u, v, along, over):
     """Traction q on a limit P after slip along the mean of the tractions before, q_0 = (u, v), and after, q.
 
@@ -75,14 +72,12 @@ def slipped_along_mean(x, y, u, v, along, over):
     return (2.0 * along * x - over * u) * scale, (2.0 * along * y - over * v) * scale
 
 
-@jit
 def held(contact, f, g):
     """Factor <= 1 that reduces the springs' tangential force (f, g) [N] to at most mu times the elastic P."""
     pull, limit = sqrt(f * f + g * g), contact.friction * contact.elastic
     return limit / pull if pull > limit else 1.0
 
 
-@jit
 def carried(contact, f, g):
     """Tangential force of the contact [N] that belongs to the springs' force (f, g), at most mu times the elastic P.
 
@@ -99,7 +94,6 @@ def carried(contact, f, g):
     return contact.ratio * f, contact.ratio * g
 
 
-@jit
 def span_of(contact, span):
     """Radius [m] that nodes or rings should span: the present span, unless it is too small or much too large.
 
@@ -116,3 +110,6 @@ def span_of(contact, span):
         if energy < quarter * quarter * sqrt(quarter):
             return 1.02 * sqrt(contact.radius * energy**0.4)
     return span
+
+
+jit_module(__name__, jit)

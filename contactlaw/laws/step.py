@@ -1,6 +1,7 @@
 """One contact over one step: first its normal force, then the law's tangential force."""
 
 from contactlaw.jit import jit_inline as jit
+from contactlaw.jit import jit_module
 from contactlaw.laws.hertz import greatest_overlap, hertz_stiffness, normal_force, stiffness_foreseen
 from contactlaw.laws.oscillator import restitution
 from contactlaw.laws.record import EXPANDING, LASTING, OPEN, PRESSED, SLIDING, SPRUNG, SPUN, ask_force
@@ -8,7 +9,6 @@ from contactlaw.laws.record import EXPANDING, LASTING, OPEN, PRESSED, SLIDING, S
 MARGIN = 1.0404  # on the greatest overlap foreseen, for errors of the steps: 1.02 squared, 2 % of the contact radius
 
 
-@jit
 def reset(contact, pair, radius):
     """Make an open contact of a pair with an effective radius [m]; the caller sets motion and masses."""
     contact.e_star, contact.g_star = pair.e_star, pair.g_star
@@ -20,7 +20,6 @@ def reset(contact, pair, radius):
     contact.skew, contact.share, contact.slid_limit = 0.0, 1.0, 0.0
 
 
-@jit
 def touch(contact, linear):
     """Set stiffness and reach at the first instant of a contact; its overlap, closing speed and masses must be set."""
     deepest = greatest_overlap(contact.stiffness, contact.mass, max(contact.before, 0.0), contact.closing)
@@ -31,7 +30,6 @@ def touch(contact, linear):
     contact.reach = MARGIN * max(damped, contact.overlap)
 
 
-@jit
 def prescribe(contact, pair, deepest):
     """Make a contact whose normal motion is prescribed, up to a greatest overlap [m]; its masses are infinite."""
     reset(contact, pair, pair.radius)
@@ -39,7 +37,6 @@ def prescribe(contact, pair, deepest):
     contact.stiffness, contact.reach = stiffness_foreseen(contact, pair.linear != 0.0, deepest), deepest
 
 
-@jit
 def ask(contact, pair, law, memory, du, dv, dt):
     """Update the tangential force of a contact by its law, for its present normal forces; see `record.ask_force`.
 
@@ -55,7 +52,6 @@ def ask(contact, pair, law, memory, du, dv, dt):
         contact.state = SPRUNG
 
 
-@jit
 def press(contact, pair, free, dt):
     """Update the normal force and the course of a contact for its present overlap > 0.
 
@@ -69,3 +65,6 @@ def press(contact, pair, free, dt):
         contact.course = EXPANDING
     elif contact.course == EXPANDING and contact.ratio >= 1.0:
         contact.course = LASTING
+
+
+jit_module(__name__, jit)

@@ -45,7 +45,7 @@ from math import copysign, pi, sqrt
 
 import numpy as np
 
-from contactlaw.jit import jit, jit_inline, jit_of_sums
+from contactlaw.jit import jit_inline, jit_module, jit_of_sums
 from contactlaw.laws.record import SLIDING, SPRUNG, ask_energy, record
 from contactlaw.laws.slip import span_of
 from contactlaw.laws.step import ask
@@ -80,7 +80,6 @@ def spread(inner, outer):
     return 2.1615 * ratio * (1.0 - 0.423 * ratio * ratio) * (1.0 + middle * (0.2736 + 0.2972 * middle))
 
 
-@jit
 def advance(state, contact, pair, law, memory, moved, since, dt):
     """Update force and moment of a contact that slides and spins; return the friction that is left for the moment.
 
@@ -122,7 +121,6 @@ def stuck_stiffness(modulus, radius):
     return 16.0 / 3.0 * modulus * radius**3
 
 
-@jit
 def twist(state, contact, modulus, angle, friction):
     """Update the moment of a contact that is twisted by an angle [rad] of A relative to B about the normal.
 
@@ -171,7 +169,6 @@ def turn_rings(state, span, old, angle, cap):
     return side * moment
 
 
-@jit
 def follow(state, contact, radius):
     """Adapt the span of the rings to the contact.
 
@@ -193,7 +190,6 @@ def follow(state, contact, radius):
             state.twists[i] = mean / last if last > 0.0 else 0.0
 
 
-@jit
 def stored(state, contact, modulus):
     """Elastic energy of the rings [J], the sum of 8/3 G_t (x_out^3 - x_in^3) times the square of the angle."""
     energy, last, radius = 0.0, 0.0, sqrt(contact.radius * max(contact.overlap, 0.0))
@@ -204,7 +200,6 @@ def stored(state, contact, modulus):
     return 8.0 / 3.0 * modulus * energy
 
 
-@jit
 def limits(state, contact, du, dv, angle):
     """Shares of friction that are left for the tangential force and for the moment.
 
@@ -271,7 +266,6 @@ def limit_point(v, w):
     return f, m, slope * one * one * one
 
 
-@jit
 def damp(state, contact, modulus, friction, rate, inertia):
     """Add a critical damper to the moment, within its limit: a stuck contact would oscillate for ever.
 
@@ -281,3 +275,6 @@ def damp(state, contact, modulus, friction, rate, inertia):
     limit = FULL * friction * contact.force * radius
     drag = 2.0 * sqrt(stuck_stiffness(modulus, radius) * inertia)
     state.moment = min(max(state.moment + drag * rate, -limit), limit)
+
+
+jit_module(__name__)

@@ -15,7 +15,7 @@ from math import sqrt
 
 import numpy as np
 
-from contactlaw.jit import jit, jit_of_sums
+from contactlaw.jit import jit, jit_module, jit_of_sums
 from contactlaw.laws.base import Array, Impacts
 from contactlaw.laws.normal_motion import SQRT_5_4, first_stick, normal_motion, time_of_phases
 from contactlaw.laws.oscillator import phase_point
@@ -60,7 +60,6 @@ def table(delta, springs):
     return gain, cap, share, faded
 
 
-@jit_of_sums
 def limits(springs, overlap, cap_out):
     """Limits of the tractions at an overlap, times the weight; returns 1 over their sum."""
     (x2, w, linear, _), total = springs, 1e-300
@@ -73,7 +72,6 @@ def limits(springs, overlap, cap_out):
     return 1.0 / total
 
 
-@jit_of_sums
 def gains(springs, before, overlap, gain_out):
     """Tractions of the springs per unit displacement, times the weight, in a step of the overlap.
 
@@ -91,7 +89,6 @@ def gains(springs, before, overlap, gain_out):
     return 1.0
 
 
-@jit_of_sums
 def rebound(motion, springs, rows, psi_1, chi, psi_2_out):
     """psi_2 of whole impacts, arrays (n,). motion: theta, delta, v_mid and step of `Motion`; zeta. rows: of `table`."""
     (theta, _, v_mid, _, zeta), (_, w, _, held), many = motion, springs, psi_1.size
@@ -140,7 +137,6 @@ def rebound(motion, springs, rows, psi_1, chi, psi_2_out):
             psi_2_out[j] = -psi_2_out[j]
 
 
-@jit_of_sums
 def begin(motion, springs, rows, k, stick, out, work_io):
     """Advance an impact from the instant at which it sticks to the end of step k.
 
@@ -164,7 +160,6 @@ def begin(motion, springs, rows, k, stick, out, work_io):
     work_io[0] = psi
 
 
-@jit_of_sums
 def run(motion, rows, start, end, q, work):
     """Advance impacts side by side from step `start` to `end`. q: tractions (lanes, n). work: psi, 2 chi, F/(mu P).
 
@@ -182,3 +177,6 @@ def run(motion, rows, start, end, q, work):
                 pull += t
             share[lane] = pull * part[k]
             psi[lane] -= work[1, lane] * share[lane] * drop
+
+
+jit_module(__name__, jit_of_sums)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.laws.record import record
 from contactlaw.memory import doubles_at, element, load_int, whole_at
 from contactlaw.mujoco_plugin.layout import data_at, record_at
@@ -123,63 +123,53 @@ spring_at: Any = element(SPRING)
 state_at: Any = element(STATE)
 
 
-@jit_inside
 def shifted(address, count):
     """Return the address `count` doubles after another one. (Sums of addresses must stay unsigned integers.)"""
     return types.uintp(address) + types.uintp(8 * count)
 
 
-@jit_inside
 def floats(address, first, size):
     """Return a view of doubles at an address."""
     return carray(doubles_at(shifted(address, first)), size)
 
 
-@jit_inside
 def number(address, i):
     """Return element i of an array of doubles."""
     return doubles_at(shifted(address, i))[0]
 
 
-@jit_inside
 def entry(address, i):
     """Return element i of an array of C int."""
     return int(load_int(types.uintp(address) + types.uintp(4 * i)))
 
 
-@jit_inside
 def checksums(head):
     """Return the checksums of the state in mjData."""
     return state_at(shifted(data_at(head.data, 0).plugin_state, head.state), 0)
 
 
-@jit_inside
 def kept_springs(head):
     """Return what the state has of the forces of springs in the last step, (nv,) if the model has tendons."""
     return floats(data_at(head.data, 0).plugin_state, head.state + head.row - head.nv, head.nv)
 
 
-@jit_inside
 def last_state(head, before=0):
     """Return the address of the state of the last call of `compute`, or of that `before` calls before it."""
     return shifted(head.recent, (head.newest - before) % STARTS * (1 + head.nq + head.nv))
 
 
-@jit_inside
 def gather(head, source, first, target):
     """Copy numbers of the model, at an address, to those of a tree; their places begin at `first` in `head.places`."""
     for i in range(target.size):
         target[i] = number(source, whole_at(head.places, first + i))
 
 
-@jit_inside
 def scatter(head, source, first, target):
     """Copy numbers of a tree to those of the model, at an address; their places begin at `first` in `head.places`."""
     for i in range(source.size):
         doubles_at(shifted(target, whole_at(head.places, first + i)))[0] = source[i]
 
 
-@jit_inside
 def places_in(head, state):
     """Return the addresses of coordinates and velocities in a state at an address."""
     return shifted(state, 1), shifted(state, 1 + head.nq)
@@ -211,3 +201,6 @@ def build(world: Arrays, fields: dict[str, Any]) -> int:
 
 def _padded(array: Array) -> int:
     return -(-array.nbytes // 64) * 64
+
+
+jit_module(__name__)

@@ -11,7 +11,7 @@ them, see `near.following` (hook apply). Hooks load and store are `load_state` a
 import numpy as np
 from numba import types  # pyright: ignore[reportPrivateImportUsage]
 
-from contactlaw.jit import address_of
+from contactlaw.jit import address_of, jit_module
 from contactlaw.memory import copy_wholes, same_wholes, whole_at
 from contactlaw.mujoco_plugin import free, layout, notices
 from contactlaw.mujoco_plugin.block import (
@@ -52,13 +52,11 @@ EDITED, MOVED, CALM, ASLEEP, REPEATED = -1, 0, 1, 2, 3  # how a step went, see `
 free_memory = types.ExternalFunction("PyMem_RawFree", types.void(types.uintp))
 
 
-@jit
 def block_address(d, instance):
     """Return the address of the block of an instance."""
     return types.uintp(whole_at(data_at(d, 0).plugin_data, instance))
 
 
-@jit
 def move_world(head, w, state):
     """Take the step of the world.
 
@@ -110,7 +108,6 @@ def move_world(head, w, state):
     return MOVED
 
 
-@jit
 def step_world(head):
     """Bring the world to the state of mjData and take its step.
 
@@ -126,7 +123,6 @@ def step_world(head):
     return CALM if w.stale == 0 and all_stay_clear(head, w) else move_world(head, w, state)
 
 
-@jit
 def sleeps_on(head):
     """Return whether a step in which all slept is repeated: from the same state with the same accelerations."""
     d, q_and_v = data_at(head.data, 0), head.nq + head.nv
@@ -135,19 +131,16 @@ def sleeps_on(head):
     return same and checksums(head).token == head.token
 
 
-@jit
 def goes_on(head):
     """Return whether the last step was calm or all slept in it, and the state that it left is there."""
     return head.calm != MOVED and checksums(head).token == head.token
 
 
-@jit
 def run_trees(head, stage):
     """Take the trees through a stage of the step, see `trees.serve`; False if there are none."""
     return head.tree_count > 0 and call_trees(head.tree_stage, head.address, stage)
 
 
-@jit
 def read_mocap(head, w, p, before):
     """Let a mocap body move to its present pose from where it was before, which is then overwritten; see `MOVED`."""
     b, d = body_at(w.bodies, p.body), data_at(head.data, 0)
@@ -164,7 +157,6 @@ def read_mocap(head, w, p, before):
     store(before.spin, load(b.spin))
 
 
-@jit
 def end_near(head, w):
     """Let what nothing has touched end the step where the engine has it: free bodies if they touch nothing there.
 
@@ -182,7 +174,6 @@ def end_near(head, w):
     part(w)
 
 
-@jit
 def find_start(head):
     """Find the state at the start of the step.
 
@@ -196,7 +187,6 @@ def find_start(head):
     head.step_size = m.opt.timestep
 
 
-@jit
 def save_state(head, state):
     """Save time, coordinates and velocities of mjData at an address."""
     d, q, v = data_at(head.data, 0), head.nq, head.nv
@@ -205,7 +195,6 @@ def save_state(head, state):
     copy_wholes(d.qvel, shifted(state, 1 + q), v)
 
 
-@jit
 def load_state(head):
     """Return the law's part of plugin_state, after the world has been brought to it."""
     state = floats(data_at(head.data, 0).plugin_state, head.state, head.size)
@@ -214,7 +203,6 @@ def load_state(head):
     return state
 
 
-@jit
 def load_world(head, w, state):
     """Bring the world to a state that its own last step has not left; without contacts if the checksum is wrong."""
     known, dropped = checksums(head), 0
@@ -236,7 +224,6 @@ def load_world(head, w, state):
         report_once(head, notices.DAMAGED, float(dropped))
 
 
-@jit
 def all_stay_clear(head, w):
     """Return whether there are only free bodies, no contact is in use, and no two shapes can have touched."""
     clear = head.mocap_count + head.tree_count == 0 and w.spares == w.contact_room
@@ -245,7 +232,6 @@ def all_stay_clear(head, w):
     return clear
 
 
-@jit
 def store_state(head, w, state):
     """Write the force of the contacts and the state of the world to plugin_state."""
     push = state[PUSH : PUSH + head.nv]
@@ -269,7 +255,6 @@ def store_state(head, w, state):
     known.token = head.token = token_of(head, state, head.row + first, head.row + last)
 
 
-@jit
 def add_force(head, body, arm, force, push_io):
     """Add a force on a body of the world [N], at an arm [m] from its centre of mass, to the generalised force.
 
@@ -282,20 +267,17 @@ def add_force(head, body, arm, force, push_io):
         call_press(head.tree_force, head.address, b, arm, force, push_io.ctypes.data)
 
 
-@jit
 def token_of(head, state, first, last):
     """Return a checksum of a state of this model, zero if all is zero; between `first` and `last` the state is zero."""
     mixed = mix(state.ctypes.data, 1, first, 0) + mix(state.ctypes.data, last, state.size, 0)
     return as_float(mixed + types.uint64(head.signature)) if mixed != types.uint64(0) else 0.0
 
 
-@jit
 def end_checksum(head, q, v):
     """Return a checksum of coordinates and velocities, at two addresses, and of what the law reads of the model."""
     return as_float(mix(q, 0, head.nq, 0) + mix(v, 0, head.nv, head.nq) + types.uint64(head.content))
 
 
-@jit
 def head_of(m, d, instance):
     """Return the head of the block of the leading instance, and note in it the model and mjData of this call."""
     head = head_at(block_address(d, instance), 0)
@@ -303,7 +285,6 @@ def head_of(m, d, instance):
     return head
 
 
-@jit
 def is_active(m, d, instance):
     """Return whether an instance leads and contacts are enabled."""
     leads = block_address(d, instance) != types.uintp(0)
@@ -375,6 +356,8 @@ def destroy(d, instance):
     """Free the block of an instance."""
     free_memory(block_address(d, instance))
 
+
+jit_module(__name__, jit)
 
 ADDRESSES = {
     one.__name__: address_of(one, types.void(*[types.uintp] * pointers, *[types.int32] * numbers), layout.KEY)

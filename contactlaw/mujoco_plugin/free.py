@@ -19,6 +19,7 @@ from math import sqrt
 
 import numpy as np
 
+from contactlaw.jit import jit_module
 from contactlaw.memory import copy_wholes, same_wholes
 from contactlaw.mujoco_plugin.block import floats, free_at, kept_springs, shifted
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
@@ -31,19 +32,16 @@ from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, s
 from contactlaw.world.shapes.geometry import meet_near
 
 
-@jit
 def state_of(head, state, f):
     """Return views of a free body's coordinates and velocities in a state at an address."""
     return floats(state, 1 + f.q, 7), floats(state, 1 + head.nq + f.v, 6)
 
 
-@jit
 def conjugate(q):
     """Return the conjugate of a quaternion."""
     return q[0], -q[1], -q[2], -q[3]
 
 
-@jit
 def frame_of(f, q):
     """Return the normalised quaternion of a body frame at coordinates q, and its arm [m] to the centre of mass."""
     own = (q[3], q[4], q[5], q[6])
@@ -52,7 +50,6 @@ def frame_of(f, q):
     return own, turn_by(own, load(f.offset))
 
 
-@jit
 def pose_in(f, coordinates):
     """Return position and quaternion of a body, of its centre of mass and principal axes; coordinates: address."""
     q = floats(coordinates, f.q, 7)
@@ -60,7 +57,6 @@ def pose_in(f, coordinates):
     return add(load(q), arm), product(own, f.frame)
 
 
-@jit
 def set_clearance(w, f):
     """Set how far a body may move until near pairs must be listed anew; its pairs reduce that, see `reduce_clearance`.
 
@@ -72,7 +68,6 @@ def set_clearance(w, f):
     f.clearance = b.margin - norm(sub(load(b.position), load(b.listed_position))) if alone else -1.0
 
 
-@jit
 def reduce_clearance(head, w, p):
     """Let the free bodies of a near pair move together no further than its gap is wide."""
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
@@ -84,7 +79,6 @@ def reduce_clearance(head, w, p):
             f.clearance = min(f.clearance, one.turned * one.reach - share * overlap)
 
 
-@jit
 def stays_clear(head, f):
     """Return whether a body cannot have touched anything in this step: it has stayed within its clearance.
 
@@ -110,7 +104,6 @@ def stays_clear(head, f):
     return left >= 0.0 and dot(moved, moved) <= left * left
 
 
-@jit
 def read_free(head, f, known):
     """Read position, velocity and external forces of a body at the start of the step.
 
@@ -145,7 +138,6 @@ def read_free(head, f, known):
     update_momentum(b)
 
 
-@jit
 def lead_free(head, f):
     """Bring the velocity of a body to the time of its position; of one that is pressed, half a step by its springs."""
     b = body_at(world_at(head.world, 0).bodies, f.body)
@@ -162,7 +154,6 @@ def lead_free(head, f):
     store(b.velocity, add(velocity, cross(load(b.spin), arm)))
 
 
-@jit
 def outer_force(head, f, own, arm):
     """Return force [N] and moment about the centre of mass [N m] on a body besides gravity and the law's contacts."""
     d, push, moment = data_at(head.data, 0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
@@ -177,7 +168,6 @@ def outer_force(head, f, own, arm):
     return add(push, load(floats(extra, 0, 3))), add(moment, load(floats(extra, 3, 3)))
 
 
-@jit
 def spring_force(head, f):
     """Return force [N] and moment [N m] of tendons' springs on a body at the start of the step, and what the state has.
 
@@ -189,7 +179,6 @@ def spring_force(head, f):
     return push, moment, kept_springs(head)[f.v : f.v + 6]
 
 
-@jit
 def follow_springs(head, f, b):
     """Let a body that is pressed have half a step of the change of its springs' force since the last step."""
     push, moment, kept = spring_force(head, f)
@@ -199,14 +188,12 @@ def follow_springs(head, f, b):
         store(b.spin, add(load(b.spin), spin_change(b, scale(head.lag, sub(moment, old_moment)))))
 
 
-@jit
 def origin_acceleration(b, arm):
     """Return the acceleration [m/s^2] of the origin of a body's frame; arm: from there to the centre of mass."""
     w = load(b.spin)
     return sub(load(b.acceleration), add(cross(spin_rate(b, w), arm), cross(w, cross(w, arm))))
 
 
-@jit
 def same_as_left(head, f):
     """Return whether the coordinates and velocities of a body are still those at the end of the last step."""
     q, v = 1 + f.q, 1 + head.nq + f.v
@@ -214,14 +201,12 @@ def same_as_left(head, f):
     return same and same_wholes(shifted(head.start, v), shifted(head.left, v), 6)
 
 
-@jit
 def axes_of(b, f):
     """Return the quaternion of a body frame in the world's pose, and its arm [m] to the centre of mass."""
     own = product(load4(b.quaternion), conjugate(load4(f.frame)))
     return own, turn_by(own, load(f.offset))
 
 
-@jit
 def hold_free(head, f):
     """Set a body back to where it was at the start of the step, at rest."""
     d = data_at(head.data, 0)
@@ -231,7 +216,6 @@ def hold_free(head, f):
         v[i] = 0.0
 
 
-@jit
 def write_free(head, f, pushes_io):
     """Write position and velocity of a body that a contact has touched, or that sleeps, to mjData.
 
@@ -269,7 +253,6 @@ def write_free(head, f, pushes_io):
     v[3], v[4], v[5] = turn_by(conjugate(own), spin)
 
 
-@jit
 def mean_share(c, dt):
     """Return the expected mean force of a closed contact over the next step, over its force now, at most 1.
 
@@ -284,7 +267,6 @@ def mean_share(c, dt):
     return min(t.mass * (t.closing + parting) / (t.force * dt), 1.0)
 
 
-@jit
 def press_free(f, arm, force, push_io):
     """Add a force on a body [N], at an arm [m] from its centre of mass, and its moment about that to `push_io`."""
     moment = cross(arm, force)
@@ -293,7 +275,6 @@ def press_free(f, arm, force, push_io):
         push_io[f.v + 3 + i] += moment[i]
 
 
-@jit
 def turn_moment(head, f, push_io):
     """Refer the moment of a body in `push_io` to the origin and the axes of its frame, as generalised forces are."""
     b = body_at(world_at(head.world, 0).bodies, f.body)
@@ -302,3 +283,6 @@ def turn_moment(head, f, push_io):
     own, centre = axes_of(b, f)
     moment = add(load(push_io[f.v + 3 :]), cross(centre, load(push_io[f.v :])))
     store(push_io[f.v + 3 :], turn_by(conjugate(own), moment))
+
+
+jit_module(__name__, jit)

@@ -25,6 +25,7 @@ would go on pushing a light hand with 20 times its weight after a contact has st
 
 from numba import types
 
+from contactlaw.jit import jit_module
 from contactlaw.memory import whole_at
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import (
@@ -45,7 +46,6 @@ from contactlaw.world.trees.kinematics import vector
 from contactlaw.world.trees.mobility import clear
 
 
-@jit
 def read_limits(head, j, t):
     """Read the active joint limits of a tree; the other forces of the step are known."""
     m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
@@ -75,7 +75,6 @@ def read_limits(head, j, t):
         vector(t.f, n)[k] -= side * force
 
 
-@jit
 def read_springs(head, j, t):
     """Add springs and servos to f, D and the part of D that is theirs; v: velocities at the start of the step.
 
@@ -114,13 +113,11 @@ def read_springs(head, j, t):
             add_spring(head, t, last, stiffness)
 
 
-@jit
 def at_limit(force, ends):
     """Return whether a force is at an end of its range; a range without width is none."""
     return ends[0] < ends[1] and not ends[0] < force < ends[1]
 
 
-@jit
 def add_spring(head, t, last, stiffness):
     """Add a spring along the row x, whose last axis is given, to f, D and `springs`."""
     n, step = t.v_size, head.step_size
@@ -158,7 +155,6 @@ def read_tendon_spring(head, j, t, tendon):
 read_tendon = jit(read_tendon_spring if layout.TENDON_ROWS else lambda head, j, t, tendon: None)
 
 
-@jit
 def follow_springs(head, j, t, follows):
     """Let a tree that follows have half a step of the change of its tendons' springs since the last step, see `free`.
 
@@ -183,13 +179,11 @@ def follow_springs(head, j, t, follows):
             v[k] += head.lag * x[k]
 
 
-@jit
 def entries(address, first):
     """Return the address of element `first` of an array of C int."""
     return types.uintp(address) + types.uintp(4 * first)
 
 
-@jit
 def read_equalities(head, j, t):
     """Read the equality constraints of a tree into E, D and f; f and D hold the other forces."""
     d, n = data_at(head.data, 0), t.v_size
@@ -220,7 +214,6 @@ def read_equalities(head, j, t):
             k = axis_at(t.axes, k).parent
 
 
-@jit
 def read_row(head, j, t, values, columns):
     """Write a row of a Jacobian of the engine into x; return its last axis, -1 if it is not of this tree.
 
@@ -244,7 +237,6 @@ def read_row(head, j, t, values, columns):
     return last if left == 0 else -1
 
 
-@jit
 def move_springs(head, j, t):
     """Set the forces of springs and servos to those at the end of the step, and leave them out of D.
 
@@ -270,3 +262,6 @@ def move_springs(head, j, t):
             f[i] += spring * x[k] if i != k else 0.0
             damping[k, p] -= spring
             i, p = axis_at(t.axes, i).parent, p - 1
+
+
+jit_module(__name__, jit)

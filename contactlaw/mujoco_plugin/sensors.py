@@ -20,7 +20,7 @@ from typing import Any
 import mujoco
 from numba import types
 
-from contactlaw.jit import address_of, compiling
+from contactlaw.jit import address_of, compiling, jit_module
 from contactlaw.memory import caller, whole_at
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import entry, floats, head_at, number, sensor_at, shifted
@@ -96,7 +96,6 @@ def sense(block, mean):
     head.sensing = asked
 
 
-@jit
 def evaluate_sensors(head, mean):
     """Let the engine evaluate its sensors with the gathered wrenches applied; restore everything else."""
     n, nv, d = 6 * head.body_count, head.nv, data_at(head.data, 0)
@@ -125,7 +124,6 @@ def evaluate_sensors(head, mean):
     copy(kept, applied)
 
 
-@jit
 def gather_wrenches(head, mean):
     """Sum the wrench of contacts on each body, about its centre of mass; return whether there are any contacts."""
     w, found = world_at(head.world, 0), False
@@ -148,7 +146,6 @@ def gather_wrenches(head, mean):
     return found
 
 
-@jit
 def load_of(head, w, c, mean):
     """Return the force on A [N] and the moment of torsion on A [N m]."""
     step = model_at(head.model, 0).opt.timestep
@@ -160,7 +157,6 @@ def load_of(head, w, c, mean):
     return force, scale(-c.torsion.moment, load(c.normal))
 
 
-@jit
 def point_of(head, c):
     """Return the point of a contact [m], from the present position of the geom of A."""
     d, geom = data_at(head.data, 0), whole_at(head.geoms, c.shape_a)
@@ -169,7 +165,6 @@ def point_of(head, c):
     return add(load(c.arm_a), add(load(floats(d.geom_xpos, 3 * geom, 3)), turned))
 
 
-@jit
 def write_readings(head, mean):
     """Write the readings of the law's own sensors, and add the law's contacts to those of touch sensors."""
     w, readings = world_at(head.world, 0), data_at(head.data, 0).sensordata
@@ -190,7 +185,6 @@ def write_readings(head, mean):
             store(out[4:7], sub(load(out[4:7]), cross(x, load(out[1:4]))))
 
 
-@jit
 def add_to(head, s, c, out, mean):
     """Add a contact to the readings of a sensor, if the sensor measures it."""
     if s.instance >= 0 and s.instance != c.pair:
@@ -216,7 +210,6 @@ def add_to(head, s, c, out, mean):
     store(out[7:10], axpy(norm(force), x, load(out[7:10])))
 
 
-@jit
 def meets(head, site, x, direction):
     """Return whether a ray from a point hits a site."""
     m, d, room = model_at(head.model, 0), data_at(head.data, 0), shifted(head.loads, 12 * head.body_count + 2 * head.nv)
@@ -226,3 +219,6 @@ def meets(head, site, x, direction):
     kind = types.int32(entry(m.site_type, site))
     # the last pointer, from MuJoCo 3.4 on, is where it would write the normal
     return ray(at, turn, size, room, shifted(room, 3), kind, POINTER(0)) >= 0.0
+
+
+jit_module(__name__, jit)

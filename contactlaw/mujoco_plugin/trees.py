@@ -14,7 +14,7 @@ from typing import Any
 
 from numba import types
 
-from contactlaw.jit import address_of, compiling
+from contactlaw.jit import address_of, compiling, jit_module
 from contactlaw.memory import caller, doubles_at, whole_at
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import (
@@ -83,7 +83,6 @@ def serve(block, stage):
     return False
 
 
-@jit
 def move_trees(head):
     """Move the trees that may pass to where the engine's step has taken them, and find which of them do."""
     w, d = world_at(head.world, 0), data_at(head.data, 0)
@@ -103,7 +102,6 @@ def move_trees(head):
     find_passing(head.world)
 
 
-@jit
 def read_trees(head):
     """Read the trees that may touch something; return whether there are none.
 
@@ -123,7 +121,6 @@ def read_trees(head):
     return not known
 
 
-@jit
 def greatest_step(head, velocities, j, t):
     """Return how far [m] or [rad] the fastest axis of a tree moves in a step, at most."""
     most = 0.0
@@ -132,7 +129,6 @@ def greatest_step(head, velocities, j, t):
     return most * head.step_size
 
 
-@jit
 def is_as_left(head, j, t):
     """Return whether the coordinates and velocities of a tree are still those at the end of the last step."""
     differ = 0
@@ -143,7 +139,6 @@ def is_as_left(head, j, t):
     return differ == 0
 
 
-@jit
 def find_tree(head, j, t):
     """Find where a tree is at the start of the step; it passes by everything until something says otherwise."""
     w, d = world_at(head.world, 0), data_at(head.data, 0)
@@ -165,7 +160,6 @@ def find_tree(head, j, t):
     j.there = SLEEPS if t.passes == DENIED else ASKED
 
 
-@jit
 def report_towed(head, w, j, t):
     """Report a tree on a moving mocap body, if anything is near: its contacts do not know the velocity of that body."""
     for k in range(w.nears):
@@ -174,7 +168,6 @@ def report_towed(head, w, j, t):
             report_once(head, TOWED, float(j.base))
 
 
-@jit
 def set_bodies(head, j, t, state):
     """Set positions and velocities of the bodies of a tree; state: addresses of coordinates and velocities."""
     gather(head, state[0], j.q, vector(t.start, t.q_size))
@@ -183,7 +176,6 @@ def set_bodies(head, j, t, state):
     call_with_body(t.move_from_start, body_at(t.bodies, 0))
 
 
-@jit
 def read_tree(head, j, t):
     """Read coordinates and velocities at the start of the step, and the forces besides contacts."""
     m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
@@ -231,7 +223,6 @@ def read_tree(head, j, t):
     leave_placed(t)
 
 
-@jit
 def rest_accelerations(t, step):
     """Return the accelerations of the engine's step [s] for a tree whose velocities have been set to zero.
 
@@ -245,7 +236,6 @@ def rest_accelerations(t, step):
     return vector(t.a, t.v_size)
 
 
-@jit
 def is_pressed(t):
     """Return whether a contact presses a body of a tree."""
     pressed = False
@@ -254,7 +244,6 @@ def is_pressed(t):
     return pressed
 
 
-@jit
 def write_tree(head, j, t):
     """Write a tree to mjData if a contact has touched it, a limit is active or it sleeps."""
     n, touched, asleep = t.v_size, False, body_at(t.bodies, 0).asleep != 0
@@ -298,3 +287,6 @@ def addresses() -> dict[str, int]:
     """Return the addresses of `serve` and `press`, by their fields in the head; compiled on first use."""
     with compiling("bodies with joints", 5):
         return {"tree_stage": address_of(serve, SERVE, layout.KEY), "tree_force": address_of(press, PRESS, layout.KEY)}
+
+
+jit_module(__name__, jit)

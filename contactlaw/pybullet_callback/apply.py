@@ -1,6 +1,6 @@
 """Hook "apply", compiled: the step of the world, and its results for the bodies that contacts have touched."""
 
-from contactlaw.jit import jit, jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.pybullet_callback import rows
 from contactlaw.pybullet_callback.read import read_accelerations
 from contactlaw.world.bodies.motion import set_axes, spin_after, spin_rate
@@ -16,7 +16,6 @@ from contactlaw.world.sleep import is_at_rest
 from contactlaw.world.step import GROWING_ROOM
 
 
-@jit
 def finish_step(block):
     """After Bullet's step: take that of the world and select the bodies to be written; return as `write_bodies`.
 
@@ -40,7 +39,6 @@ def finish_step(block):
     return done if done > 0 or not is_at_rest(w) else rows.ASLEEP
 
 
-@jit_inside
 def keep_tumbling(head, w):
     """Mark bodies in free flight that Bullet would turn wrong as touched, so that they end it as in the world."""
     for k in range(head.count):
@@ -50,7 +48,6 @@ def keep_tumbling(head, w):
             b.touched = 1
 
 
-@jit_inside
 def end_near(head, w):
     """Let free bodies that nothing has touched end the step where Bullet has them, if they touch nothing there."""
     for k in range(w.nears):
@@ -62,7 +59,6 @@ def end_near(head, w):
     part(w)
 
 
-@jit_inside
 def write_bodies(head, w):
     """After the world's step: select the bodies that were touched, which Python puts where they are `left`.
 
@@ -88,7 +84,6 @@ def write_bodies(head, w):
     return rows.FLAGS * head.selected_count + flags
 
 
-@jit_inside
 def check_contacts(head, w):
     """Find which bodies have closed contacts; return the bits NOTED (something to report) and LISTED."""
     flags = 0 if w.lists == head.lists else rows.LISTED
@@ -109,7 +104,6 @@ def check_contacts(head, w):
     return flags
 
 
-@jit_inside
 def write_touched(head, k, r, b):
     """Write the result of the step for a body that was touched."""
     dt, m, turned = head.dt, r.before, load4(b.quaternion)
@@ -138,3 +132,6 @@ def write_touched(head, k, r, b):
     q[3], q[0], q[1], q[2] = turned
     store(r.left.velocity, v)
     store(r.left.spin, spin)
+
+
+jit_module(__name__)

@@ -2,7 +2,7 @@
 
 from math import inf
 
-from contactlaw.jit import jit, jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.laws.record import record
 from contactlaw.memory import element
 from contactlaw.world.bodies.motion import settle
@@ -36,7 +36,6 @@ OWN = record(tree="u8", **dict.fromkeys(NUMBERS, "u8"))
 own_at = element(OWN)
 
 
-@jit
 def take_start(block):
     """Return whether the user has moved the tree since the last step; if so it is neither pushed nor forced."""
     own = own_at(block, 0)
@@ -48,7 +47,6 @@ def take_start(block):
     return True
 
 
-@jit_inside
 def is_left(own, t):
     """Return whether the coordinates are those that the last step left; NaN is not."""
     q, left, most = vector(own.start_q, t.q_size), vector(own.left, t.q_size), 0.0
@@ -69,7 +67,6 @@ def is_left(own, t):
     return True
 
 
-@jit
 def set_at_start(block, lag):
     """Set the world's tree at the start of the step, `lag` [s] after the time of its velocity, and find its matrix."""
     own = own_at(block, 0)
@@ -80,7 +77,6 @@ def set_at_start(block, lag):
     add_masses(t, m)
 
 
-@jit_inside
 def set_start(own, t, lag):
     """Set the world's tree at the start of the step, with `force`."""
     free, v = vector(own.free_acceleration, t.v_size), vector(own.new_v, t.v_size)
@@ -94,7 +90,6 @@ def set_start(own, t, lag):
         put(t, own.start_q, own.new_v)
 
 
-@jit_inside
 def put(t, q, v):
     """Set coordinates and velocities of the world's tree, at addresses, and what follows; wakes its bodies."""
     copy(vector(q, t.q_size), vector(t.q, t.q_size))
@@ -105,7 +100,6 @@ def put(t, q, v):
     settle(body_at(t.bodies, 0))
 
 
-@jit_inside
 def add_product(m, x, share, out):
     """Add a share of M x to an array."""
     for i in range(x.size):
@@ -113,7 +107,6 @@ def add_product(m, x, share, out):
             out[i] += share * m[i, j] * x[j]
 
 
-@jit
 def take_response(block, dt, lag):
     """From velocities after Bullet's step: find forces on joints, and which a motor held; then as `set_at_start`."""
     own = own_at(block, 0)
@@ -140,7 +133,6 @@ def take_response(block, dt, lag):
     set_start(own, t, lag)
 
 
-@jit_inside
 def armature_of(own, t, motor, k, inertia, dt):
     """Return the armature of degree of freedom k by its motor; inertia: without it; note the motor's torque."""
     count = t.joint_count  # there are at most as many motors
@@ -160,7 +152,6 @@ def armature_of(own, t, motor, k, inertia, dt):
     return min(HELD * inertia, dt * strongest[motor] / speed) if speed > 0.0 else HELD * inertia
 
 
-@jit
 def find_end(block, world, dt, pressed):
     """After the world's step: find what is to be written and the push that gave it; return whether it is needed.
 
@@ -198,7 +189,6 @@ def find_end(block, world, dt, pressed):
     return True
 
 
-@jit
 def spread_push(block):
     """Find forces and moments of `push` at the present pose of the world's tree; return whether there are any."""
     own = own_at(block, 0)
@@ -218,3 +208,6 @@ def spread_push(block):
             if link.parent >= 0:
                 store(moments[link.parent], sub(load(moments[link.parent]), moment))
     return some
+
+
+jit_module(__name__)

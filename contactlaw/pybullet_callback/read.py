@@ -2,7 +2,7 @@
 
 from math import isfinite, nan
 
-from contactlaw.jit import jit, jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.pybullet_callback import rows
 from contactlaw.world.bodies.motion import (
     gyroscopic,
@@ -27,7 +27,6 @@ from contactlaw.world.step import FIND_PRESSED
 UNDOING = 20  # iterations for the spin before a step of Bullet; each reduces the error by the turn in that step
 
 
-@jit
 def begin_step(block):
     """Begin a step: read bodies and select those to be pushed; return how many.
 
@@ -52,7 +51,6 @@ def begin_step(block):
     return rows.PASSED
 
 
-@jit_inside
 def read_bodies(head, w):
     """Give the world's bodies the poses and velocities that were read; return 0, PLACED or NOT_FINITE."""
     head.refreshed, placed, moved = 0, 0, False
@@ -98,7 +96,6 @@ def read_bodies(head, w):
     return rows.PLACED if placed != 0 else 0
 
 
-@jit_inside
 def all_pass(head, w):
     """Return whether no two bodies can touch in this step or the next; bodies that tumble may.
 
@@ -126,7 +123,6 @@ def all_pass(head, w):
     return True
 
 
-@jit
 def has_flown(block):
     """After a step in which no two bodies could touch in free flight, and reading of poses: return how it went.
 
@@ -165,20 +161,17 @@ def has_flown(block):
     return rows.PASSED if all_pass(head, w) else 0
 
 
-@jit_inside
 def twist_of(r):
     """Return the rotation vector [rad] of a body since it was left."""
     return rotation_between(rows.quaternion_of(r.after), rows.quaternion_of(r.left))
 
 
-@jit_inside
 def rotation_between(new, old):
     """Return the rotation vector [rad] from one orientation to another."""
     w, x, y, z = old
     return rotation_vector(product(new, (w, -x, -y, -z)))
 
 
-@jit
 def rewind(block):
     """After STRAYED, and reading of all bodies into `before`: set bodies that Bullet moves back to before its step.
 
@@ -210,7 +203,6 @@ def rewind(block):
                 store(m.spin, axpy(-head.dt, spin_rate(b, load(m.spin)), spin))
 
 
-@jit
 def find_pressed(block):
     """Find which bodies are pressed where the user has put bodies: these have their true velocities in PyBullet."""
     head = rows.head_at(block, 0)
@@ -226,7 +218,6 @@ def find_pressed(block):
                 rows.set_body(r, b, head.dt)
 
 
-@jit
 def select_pushed(block):
     """Select the bodies to be pushed with the force of the contacts in the last step; return how many."""
     head = rows.head_at(block, 0)
@@ -243,7 +234,6 @@ def select_pushed(block):
     return head.selected_count
 
 
-@jit_inside
 def read_accelerations(head, w):
     """After Bullet's step: find the accelerations that it gave to bodies besides the push of the contacts.
 
@@ -288,3 +278,6 @@ def read_accelerations(head, w):
         rows.set_body(r, b, dt)
     head.unknown = 0 if others == 0 and (sleep or falls) else 1
     return others
+
+
+jit_module(__name__)

@@ -17,7 +17,7 @@ mass of a body that was pushed.
 from math import cos, isfinite, pi, sin
 from typing import Any
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.laws.record import record
 from contactlaw.memory import element, set_whole
 from contactlaw.world.bodies.motion import gyroscopic, set_axes, spin_after, spin_change
@@ -66,7 +66,6 @@ head_at: Any = element(HEAD)
 row_at: Any = element(ROW)
 
 
-@jit_inside
 def finite(m):
     """Return whether pose and velocity are finite."""
     total = 0.0
@@ -75,7 +74,6 @@ def finite(m):
     return isfinite(total + m.quaternion[0] + m.quaternion[1] + m.quaternion[2] + m.quaternion[3])
 
 
-@jit_inside
 def same_motion(a, b):
     """Return whether two poses and velocities are the same to the bit."""
     same = a.quaternion[3] == b.quaternion[3]
@@ -85,13 +83,11 @@ def same_motion(a, b):
     return same
 
 
-@jit_inside
 def quaternion_of(m):
     """Return the quaternion of a motion, scalar first."""
     return m.quaternion[3], m.quaternion[0], m.quaternion[1], m.quaternion[2]
 
 
-@jit_inside
 def set_body(r, b, dt):
     """Put the world's body where PyBullet's is, with the velocity at that time; its acceleration is known."""
     m = r.before
@@ -103,7 +99,6 @@ def set_body(r, b, dt):
     store(b.spin, spin_after(b, load(m.spin), lag))
 
 
-@jit_inside
 def flown(r, dt):
     """Return position [m] and quaternion, scalar first, to which Bullet's step has taken a body.
 
@@ -114,7 +109,6 @@ def flown(r, dt):
     return axpy(dt, load(r.after.velocity), load(r.before.position)), turned
 
 
-@jit_inside
 def turn_in(dt, spin):
     """Return the quaternion of the rotation by which Bullet's step turns a body at a spin after it."""
     whole = scale(dt, spin)
@@ -123,7 +117,6 @@ def turn_in(dt, spin):
     return unit((cos(half), x, y, z))
 
 
-@jit_inside
 def tumbles(b, dt):
     """Return whether a body in free flight turns such that Bullet would do it wrong."""
     spin = load(b.spin)
@@ -131,15 +124,16 @@ def tumbles(b, dt):
     return b.reach > 0.0 and (turn >= MOST_TURN or change > MOST_TUMBLE * norm(spin))
 
 
-@jit_inside
 def torque_for(r, b, rate):
     """Return the torque [N m] for an angular acceleration of a body."""
     p, i = to_body(b.axes, rate), r.inertia
     return to_world(b.axes, (i[0] * p[0], i[1] * p[1], i[2] * p[2]))
 
 
-@jit_inside
 def select(head, k):
     """Add a row to those that Python must push or put elsewhere."""
     set_whole(head.selected, head.selected_count, k)
     head.selected_count += 1
+
+
+jit_module(__name__)

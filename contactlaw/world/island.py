@@ -6,7 +6,7 @@ law, then all bodies are kicked. The force at the end of a window begins the nex
 
 from math import ceil, floor, nan
 
-from contactlaw.jit import jit_inline, jit_inside
+from contactlaw.jit import jit_inline, jit_module
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.bodies.bounds import time_to_close
 from contactlaw.world.bodies.motion import acceleration_of, closing_at, drift, fly, greatest_closing, settle, turn_rate
@@ -42,7 +42,6 @@ MAX_TURN = 0.02  # [rad] in a substep while nothing is closed: a body that turns
 IMMEDIATE = 1e-6  # of the time left of a window: shapes in contact close within it
 
 
-@jit_inside
 def integrate(w, root, now, until):
     """Integrate an island through a window, from a time of the step to another [s].
 
@@ -71,7 +70,6 @@ def integrate(w, root, now, until):
     fall_asleep(w, bodies, list_pairs(w, root))
 
 
-@jit_inside
 def list_bodies(w, root):
     """List the moving bodies of an island in `w`; return how many."""
     count, i = 0, root
@@ -83,7 +81,6 @@ def list_bodies(w, root):
     return count
 
 
-@jit_inside
 def list_pairs(w, root):
     """List the active pairs of an island in `w`; return how many."""
     count, k = 0, body_at(w.bodies, root).head
@@ -94,7 +91,6 @@ def list_pairs(w, root):
     return count
 
 
-@jit_inside
 def fly_to_touch(w, bodies, pairs, t, now, until):
     """Fly all bodies together from t [s] until a pair is closed, or to `until`; return that time [s].
 
@@ -127,7 +123,6 @@ def fly_to_touch(w, bodies, pairs, t, now, until):
     return t
 
 
-@jit_inside
 def first_substeps(w, pairs, t, now, until):
     """Return the lengths [s] of the first substep from t [s] on, and of those that follow.
 
@@ -148,7 +143,6 @@ def first_substeps(w, pairs, t, now, until):
     return h if count > 0.0 and first < SHORTEST * h else first, h
 
 
-@jit_inside
 def take_substeps(w, bodies, pairs, t, now, until):
     """Step an island from t [s] until none of its pairs is closed, or to `until`; return that time [s].
 
@@ -243,7 +237,6 @@ def kick_bodies(w, pairs, h, next_h):
             end_contact(p, c)
 
 
-@jit_inside
 def is_lost(w, bodies, time):
     """Return whether a surface of an island has moved faster than LOST_SPEED for a time [s], or to NaN."""
     out = False
@@ -283,7 +276,6 @@ def evaluate_contacts(w, pairs, span, few):
     return closed, shorter
 
 
-@jit_inside
 def measure_open_pair(w, k, reach, span, few):
     """Measure the gap of open pair k, if that may be less than `reach` [m]; close the pair if its shapes overlap.
 
@@ -314,7 +306,6 @@ def measure_open_pair(w, k, reach, span, few):
     return needed
 
 
-@jit_inside
 def substep_length(w, pairs, coasting, t):
     """Return the length [s] that substeps from t [s] on should have; at most that of the step.
 
@@ -353,7 +344,6 @@ def substep_length(w, pairs, coasting, t):
     return h
 
 
-@jit_inside
 def previous_length(w, pairs, target):
     """Return the length [s] of the closed contacts' last substeps if substeps may keep it, else the target [s]."""
     last = NEVER
@@ -366,7 +356,9 @@ def previous_length(w, pairs, target):
     return last if may_keep(target, last) else target
 
 
-@jit_inside
 def may_keep(target, length):
     """Return whether substeps of a length [s] may keep it although the target is another."""
     return LEAST_CHANGE * length < target < length / LEAST_CHANGE
+
+
+jit_module(__name__)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contactlaw.jit import jit, jit_inside
+from contactlaw.jit import jit
 from contactlaw.pair import DEEPEST, FOUND_IN, PASSING, TOO_DEEP
 from contactlaw.world.contacts.force import stored_energy
 from contactlaw.world.data.access import contact_at, pair_at
@@ -136,7 +136,7 @@ DOUBTFUL = {DEEP: TOO_DEEP, PUT_IN: FOUND_IN, UNCLEAR_RADIUS: UNCLEAR, PASSES_TH
 """Warnings; {} stands for `doubt_value`."""
 
 
-@jit_inside
+@jit
 def doubts_of(w, c):
     """Return the bits of what is doubtful about a contact: an overlap too deep for Hertz, one taken off, its radius."""
     bits = DEEP if c.deepest > DEEPEST * c.touch.radius else 0
@@ -146,7 +146,7 @@ def doubts_of(w, c):
     return bits if given or radius_is_clear(w, c) else bits | UNCLEAR_RADIUS
 
 
-@jit_inside
+@jit
 def doubt_value(c, bit):
     """Return the number that the warning of a doubt gives."""
     radius = c["touch"]["radius"]

@@ -5,7 +5,7 @@ accelerations would move none of these contacts by more than a tiny share of its
 awake touches them, or may do so in a window, or when the user changes the velocity or acceleration of one of them.
 """
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import settle, spin_change
 from contactlaw.world.contacts.pace import contact_duration
@@ -21,7 +21,6 @@ SAME = 1e-12  # relative difference of accelerations that count as equal
 UNPRESSED, STILL, MOVING = range(3)  # values of `BODY.active` of the first body of what may sleep together
 
 
-@jit_inside
 def fall_asleep(w, bodies, pairs):
     """Put those parts of an island to sleep that are nearly still and whose forces are in balance.
 
@@ -75,7 +74,6 @@ def sleep_if_balanced(w, bodies, pairs):
             call_with_body(tree_at(b.tree, 0).stop, b)
 
 
-@jit_inside
 def find_still_parts(w, pairs, order):
     """Mark those parts of an island as MOVING that have a contact that moves; return whether any is STILL.
 
@@ -94,13 +92,11 @@ def find_still_parts(w, pairs, order):
     return some
 
 
-@jit_inside
 def part_of(w, p):
     """Return the first body of the part that a closed pair belongs to."""
     return body_at(w.bodies, root_of(w, p.body_a if body_at(w.bodies, p.body_a).still == 0 else p.body_b))
 
 
-@jit_inside
 def moves(w, p, order):
     """Return whether a closed contact moves by more than a share of its overlap in an impact's duration.
 
@@ -115,7 +111,6 @@ def moves(w, p, order):
     return way > w.stillness * c.touch.overlap + rounding
 
 
-@jit_inside
 def greatest_way(b, arm, time, order):
     """Return a bound on how far [m] a point `arm` [m] from a body's centre of mass moves in a time [s].
 
@@ -129,7 +124,6 @@ def greatest_way(b, arm, time, order):
     return out
 
 
-@jit_inside
 def way_of_one(b, arm, time, order):
     """Return `greatest_way` of a single body."""
     if order == 2:
@@ -137,7 +131,6 @@ def way_of_one(b, arm, time, order):
     return (norm(load(b.velocity)) + norm(load(b.spin)) * arm) * time
 
 
-@jit_inside
 def add_load(b, force, moment):
     """Add the effect of a force [N] and a moment [N m] to the accelerations of a body, unless it stands still."""
     if b.still == 0 and b.tree != 0:
@@ -147,7 +140,6 @@ def add_load(b, force, moment):
         store(b.twist, add(load(b.twist), spin_change(b, moment)))
 
 
-@jit_inside
 def wake(w, now, touched):
     """Wake sleeping bodies of active pairs from a time of the step on [s]; return whether there were any.
 
@@ -168,7 +160,6 @@ def wake(w, now, touched):
     return some
 
 
-@jit_inside
 def wake_body(b, now):
     """Wake a body, and all others of its tree."""
     if b.tree == 0:
@@ -179,7 +170,6 @@ def wake_body(b, now):
             wake_one(body_at(t.bodies, i), now)
 
 
-@jit_inside
 def wake_one(b, now):
     """Wake a single body."""
     b.asleep = 0
@@ -188,7 +178,6 @@ def wake_one(b, now):
     b.changed = 1
 
 
-@jit_inside
 def is_at_rest(w):
     """Return whether no body has moved in the last step, and none will in this one."""
     if w.rested == 0 or w.stale != 0:
@@ -200,7 +189,6 @@ def is_at_rest(w):
     return True
 
 
-@jit_inside
 def is_disturbed(b):
     """Return whether a sleeping body has a velocity, or another load than when it fell asleep.
 
@@ -213,3 +201,6 @@ def is_disturbed(b):
     moving = dot(load(b.velocity), load(b.velocity)) + dot(load(b.spin), load(b.spin))
     same = dot(change, change) <= SAME * SAME * dot(held, held)
     return moving != 0.0 or not same or dot(load(b.torque), load(b.torque)) != 0.0
+
+
+jit_module(__name__)

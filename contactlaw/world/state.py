@@ -15,7 +15,7 @@ from math import isfinite
 
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.memory import doubles_at, set_whole, whole_at
 from contactlaw.world.contacts.touch import add_to_ledger, has_parted
 from contactlaw.world.data.access import axis_at, body_at, contact_at, link_at, near_at, pair_at, shape_at, tree_at
@@ -40,27 +40,23 @@ def size(contact_room: int, memory_size: int, body_count: int, pair_count: int) 
     return HEAD + contact_room * contact + SLEEP * body_count + LEDGER * pair_count
 
 
-@jit_inside
 def unused_span(w, row):
     """Return where zeros begin in a row behind its contacts, and where they end: where the numbers of bodies begin."""
     length = PER_CONTACT + w.memory_size
     return HEAD + int(row[0]) * length, HEAD + contacts_room(w, row) * length
 
 
-@jit_inside
 def contact_fields(w, slot, offset, count):
     """Return a view of `count` numbers of a contact's record from an offset."""
     return carray(doubles_at(w.contacts + RECORD * slot + offset), count)
 
 
-@jit_inside
 def contacts_room(w, numbers):
     """Return how many contacts a row has room for."""
     left = numbers.size - HEAD - SLEEP * w.body_count - LEDGER * w.pair_count
     return left // (PER_CONTACT + w.memory_size)
 
 
-@jit_inside
 def write(w, out):
     """Write the state of a world, between two steps, into a row as long as `size` says.
 
@@ -109,7 +105,6 @@ def write(w, out):
     return lost
 
 
-@jit_inside
 def read(w, row):
     """Set a world to the state in a row; the caller sets the motion of its bodies before the step.
 
@@ -149,7 +144,6 @@ def read_at(w, address, count):
     return read(w, carray(doubles_at(address), count))
 
 
-@jit_inside
 def clear_state(w):
     """Set the state of a row of zeros: no contacts, no sleeping bodies, near pairs to be listed, empty ledgers."""
     w.nears = 0
@@ -167,7 +161,6 @@ def clear_state(w):
         clear(pair_at(w.pairs, i).ledger)
 
 
-@jit_inside
 def forget_motion(w):
     """Zero the bodies' velocities and accelerations, which set margins of near pairs; the caller sets new ones."""
     w.stale = 1
@@ -175,7 +168,6 @@ def forget_motion(w):
         forget_motion_of(body_at(w.bodies, i))
 
 
-@jit_inside
 def forget_motion_of(b):
     """Zero a body's velocities and accelerations."""
     for vector in (b.velocity, b.spin, b.acceleration, b.turning):
@@ -188,7 +180,6 @@ def forget_motion_of(b):
             axis_at(t.axes, k).inverse = 0.0
 
 
-@jit_inside
 def restore_contact(w, c, a, b):
     """Close a contact that has been read, of shapes a and b, by their present pair of materials."""
     sa, sb, pair = shape_at(w.shapes, a), shape_at(w.shapes, b), pair_of(w, a, b)
@@ -208,7 +199,6 @@ def restore_contact(w, c, a, b):
     body_at(w.bodies, sb.body).active = 1
 
 
-@jit_inside
 def restore_sleep(b, row):
     """Put a body to sleep, or set its pause, as a row says."""
     if row[0] <= 0.0:
@@ -217,3 +207,6 @@ def restore_sleep(b, row):
     elif b.active != 0 or b.tree != 0:
         b.asleep = 1
         copy(row[1:], b.held)
+
+
+jit_module(__name__)

@@ -11,7 +11,7 @@ integrate             each island through the window
 fly                   all bodies to the end of the step
 """
 
-from contactlaw.jit import jit, jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import closing_at, fly, is_static, settle, update_momentum
 from contactlaw.world.contacts.pace import LEAST_STEP, resting_duration, stays_closed, update_masses
@@ -50,7 +50,6 @@ REMAINDER = 0.01  # of a window: it is extended to the end of the step if no mor
 SHORTEST = 1e-6  # of a step: least length of a window
 
 
-@jit
 def step(world, dt, count):
     """Move a world by up to `count` steps of dt [s]; return how many were made.
 
@@ -87,7 +86,6 @@ def step_once(w, dt, task):
     return True
 
 
-@jit_inside
 def find_pressed(w):
     """Set `pressed` of all bodies that have a closed contact, or that the user has moved into another body.
 
@@ -134,7 +132,6 @@ def find_pressed(w):
                 mark_pressed(b)
 
 
-@jit_inside
 def gap_suffices(w, p, a, b):
     """Return whether the gap of an open pair need not be measured: the last step has, or a lower bound will do.
 
@@ -151,7 +148,6 @@ def gap_suffices(w, p, a, b):
     return p.checked == MEASURED or p.gap > 2.0 * w.step * p.closing_bound
 
 
-@jit_inside
 def mark_pressed(b):
     """Mark a body as pressed; the world must then integrate its tree."""
     b.pressed = 1
@@ -159,13 +155,11 @@ def mark_pressed(b):
         tree_at(b.tree, 0).passes = DENIED
 
 
-@jit_inside
 def needs_gap(b):
     """Return whether the user has moved a body, or whether its tree may pass by everything."""
     return b.placed != 0 or (b.tree != 0 and tree_at(b.tree, 0).passes == ASKED)
 
 
-@jit_inside
 def finish(w, dt):
     """Integrate from window to window to the end of the step that `begin` has prepared, dt [s].
 
@@ -212,7 +206,6 @@ def finish(w, dt):
     w.edited = 0
 
 
-@jit_inside
 def take_implicit_steps(w):
     """Call `implicit.step.take_implicit_steps`; return whether any island has taken one.
 
@@ -236,7 +229,6 @@ def take_implicit_steps(w):
     return False
 
 
-@jit_inside
 def begin(w, dt):
     """Prepare a step of dt [s]: bodies, guards, slots of contacts; list near pairs anew if the list is out of date."""
     w.step = dt
@@ -263,7 +255,6 @@ def begin(w, dt):
                 update_masses(c, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
 
 
-@jit_inside
 def begin_body(w, b, dt):
     """Prepare a body for a step of dt [s]: wake it if it is disturbed, and check that it stays in its margin.
 
@@ -290,7 +281,6 @@ def begin_body(w, b, dt):
         w.stale = 1
 
 
-@jit_inside
 def begin_pairs(w):
     """Discard predictions of the last step, and release slots of contacts that parted in it.
 
@@ -316,7 +306,6 @@ def begin_pairs(w):
             p.slot = -1
 
 
-@jit_inside
 def check_margins(w, left):
     """Mark the list of near pairs as out of date if a body could leave its margin in the time left of the step [s].
 
@@ -331,3 +320,6 @@ def check_margins(w, left):
             list_parts_anew(w)
         else:
             w.stale = 1
+
+
+jit_module(__name__)

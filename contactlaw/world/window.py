@@ -8,7 +8,7 @@ other bodies fly, in closed form, when they are next needed.
 
 from math import sqrt
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.laws.record import LASTING
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.bodies.bounds import time_to_close
@@ -29,7 +29,6 @@ GROWTH = 1.1  # a bound on a change of velocity that has grown by a smaller fact
 FAR = 40.0  # margins: a body that can travel so far in a window reaches every near body, as these are within four
 
 
-@jit_inside
 def predict_all(w, now, step):
     """Predict the times of impact of open pairs; return the next one [s], or NEVER: not within the step.
 
@@ -56,7 +55,6 @@ def predict_all(w, now, step):
     return first
 
 
-@jit_inside
 def remains_open(w, p, now, until, more):
     """Return `guards.stays_open` of a near pair until a time of the step [s]; more: distance [m] to allow for.
 
@@ -65,7 +63,6 @@ def remains_open(w, p, now, until, more):
     return stays_open(w, p, until, more) or (w.age != 0 and now == 0.0 and is_open_for_sure(w, p, until, more))
 
 
-@jit_inside
 def plan_window(w):
     """Return the shortest duration of an impact that is going on and the next window [s]; NEVER: no pair is closed."""
     shortest, persistent = NEVER, 0
@@ -79,19 +76,16 @@ def plan_window(w):
     return shortest, CROWD_WINDOW * shortest if persistent > w.crowd else shortest
 
 
-@jit_inside
 def is_left_out(a, b):
     """Return whether nothing happens to a pair: its bodies stand still, or the step of one of them is over."""
     return (a.still != 0 and b.still != 0) or a.done != 0 or b.done != 0
 
 
-@jit_inside
 def flight_start(b):
     """Return the time of the step [s] since which a body has been in free flight."""
     return b.time if b.still == 0 else 0.0
 
 
-@jit_inside
 def shortest_new_impact(w, now):
     """Return whether any impact is about to begin, and the duration [s] of the shortest of them.
 
@@ -110,7 +104,6 @@ def shortest_new_impact(w, now):
     return touching, shortest
 
 
-@jit_inside
 def activate(w, now, until):
     """Activate the pairs that are closed or can close in a window; return whether a sleeping body is in one.
 
@@ -154,7 +147,6 @@ def activate(w, now, until):
     return sleeper
 
 
-@jit_inside
 def may_close(w, p, now, until):
     """Return whether impacts of their bodies can close an open pair in a window, by the bounds known so far."""
     a, b, length = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b), until - now
@@ -171,7 +163,6 @@ def may_close(w, p, now, until):
     return not time_to_close(p.gap, closing, max(p.acceleration, 0.0)) > length
 
 
-@jit_inside
 def joins_nothing(w, p, a, b, length):
     """Return whether an open pair of two bodies of one tree can be active without a look at its gap.
 
@@ -187,7 +178,6 @@ def joins_nothing(w, p, a, b, length):
     return for_a <= a.delta_v and for_b <= b.delta_v
 
 
-@jit_inside
 def reaches_unlisted(w, time):
     """Return whether impacts could bring a body to what is not listed, within a time [s] from the step's start on."""
     for n in range(w.near_body_count):
@@ -202,7 +192,6 @@ def reaches_unlisted(w, time):
     return False
 
 
-@jit_inside
 def list_anew(w):
     """List near pairs at the start of a step, as if all that is known of their bodies were from this step."""
     list_near(w)
@@ -212,7 +201,6 @@ def list_anew(w):
     w.age = FRESH
 
 
-@jit_inside
 def all_open_for_sure(w):
     """Return whether no open pair can close within the step in free flight, by bounds or measurements alone.
 
@@ -229,7 +217,6 @@ def all_open_for_sure(w):
     return True
 
 
-@jit_inside
 def bound_delta_v(w, p, a, b, length, enough):
     """Raise the bounds on two bodies' changes of velocity [m/s] within a window by what their contact can do.
 
@@ -247,7 +234,6 @@ def bound_delta_v(w, p, a, b, length, enough):
     return more
 
 
-@jit_inside
 def gain_bounds(w, p, a, b, length):
     """Return how much velocity [m/s] the contact of a pair can give to each of its bodies, see `bound_delta_v`."""
     closing, push = max(p.closing, 0.0), max(p.acceleration, 0.0)
@@ -265,7 +251,6 @@ def gain_bounds(w, p, a, b, length):
     return for_a, for_b
 
 
-@jit_inside
 def transmits(a, b):
     """Return whether one body can pass on to the other a change of its velocity.
 
@@ -274,7 +259,6 @@ def transmits(a, b):
     return (a.tree == 0 or a.tree != b.tree) and a.inverse_mass != 0.0 and b.inverse_mass != 0.0
 
 
-@jit_inside
 def root_of(w, i):
     """Return the first body of the island that body i is in: union-find, halving the path."""
     b = body_at(w.bodies, i)
@@ -285,7 +269,6 @@ def root_of(w, i):
     return i
 
 
-@jit_inside
 def join(w, i, j):
     """Join the islands of two bodies; bodies that stand still without sleeping are in none."""
     a, b = body_at(w.bodies, i), body_at(w.bodies, j)
@@ -295,7 +278,6 @@ def join(w, i, j):
     body_at(w.bodies, max(i, j)).island = min(i, j)
 
 
-@jit_inside
 def list_islands(w):
     """Link the active pairs and the bodies of each island into lists, and note the islands' roots."""
     w.islands = 0
@@ -317,3 +299,6 @@ def list_islands(w):
         if root != i and body_at(w.bodies, root).head >= 0:
             body_at(w.bodies, i).link = body_at(w.bodies, root).link
             body_at(w.bodies, root).link = i
+
+
+jit_module(__name__)

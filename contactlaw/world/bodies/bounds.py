@@ -2,7 +2,7 @@
 
 from math import sqrt
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit
 from contactlaw.world.bodies.motion import max_inverse_inertia
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import dot, load, norm
@@ -10,7 +10,7 @@ from contactlaw.world.data.vec import dot, load, norm
 LARGEST_TURN = 0.2  # [rad] horizon of times of impact of bodies with shapes off their centres
 
 
-@jit_inside
+@jit
 def time_to_close(gap, closing, push):
     """Return the time [s] until a gap [m] >= 0 closes, or NEVER; push: closing acceleration."""
     square = closing * closing + 2.0 * push * gap
@@ -21,7 +21,7 @@ def time_to_close(gap, closing, push):
     return (sqrt(square) - closing) / push if push > 0.0 else NEVER
 
 
-@jit_inside
+@jit
 def turning_bound(b, time):
     """Return a bound on the angular acceleration [rad/s^2] of a body within a time [s]; in a tree: the present value.
 
@@ -37,7 +37,7 @@ def turning_bound(b, time):
     return most * (moment + gyroscopic)
 
 
-@jit_inside
+@jit
 def spin_bound(b, time):
     """Return a bound on the angular speed [rad/s] of a body within a time [s]: I_min w^2 is at most w.L."""
     spin = load(b.spin)

@@ -5,7 +5,7 @@ Bodies of a tree move together: for these the functions of `trees.mobility` and 
 
 from math import ceil, sqrt
 
-from contactlaw.jit import jit_inline, jit_inside
+from contactlaw.jit import jit_inline, jit_module
 from contactlaw.world.data.access import link_at, tree_at
 from contactlaw.world.data.call import ask_mobility, call_with_body, call_with_number, call_with_vectors
 from contactlaw.world.data.quaternion import load4, product, rotate, rotation, rotation_vector, store4, unit
@@ -17,7 +17,6 @@ MIDPOINTS, CLOSE = 12, 1e-20  # iterations of `spin_after`; squared relative cha
 EXACT = 1e-31  # squared relative error of a spin at which the iteration ends
 
 
-@jit_inside
 def fly(b, until):
     """Move a body to a time [s] of the step, in free flight."""
     if b.still == 0 and b.time != until:
@@ -59,7 +58,6 @@ def drift(b, h):
         store(b.spin, spin_change(b, load(b.momentum)))
 
 
-@jit_inside
 def settle(b):
     """Apply the pending turn to the quaternion. Of a tree: apply pending impulses and find its accelerations anew."""
     if b.tree != 0:
@@ -75,7 +73,6 @@ def settle(b):
     set_axes(b)
 
 
-@jit_inside
 def set_axes(b):
     """Set the rotation matrix from the quaternion."""
     w, x, y, z = b.quaternion[0], b.quaternion[1], b.quaternion[2], b.quaternion[3]
@@ -91,7 +88,6 @@ def set_axes(b):
     m[8] = 1.0 - 2.0 * (x * x + y * y)
 
 
-@jit_inside
 def tumble(b, h):
     """Turn an anisotropic body for h [s], free of torque; energy and angular momentum stay constant to rounding.
 
@@ -125,7 +121,6 @@ def tumble(b, h):
     store(b.twist, total)
 
 
-@jit_inside
 def spin_change(b, moment):
     """Return the change of spin [rad/s] by an angular impulse L [N m s] about the centre of mass: R I^-1 R^T L."""
     if b.isotropic != 0:
@@ -134,13 +129,11 @@ def spin_change(b, moment):
     return to_world(b.axes, (i[0] * p[0], i[1] * p[1], i[2] * p[2]))
 
 
-@jit_inside
 def spin_rate(b, w):
     """Return the angular acceleration [rad/s^2] of a free body without contacts, at a spin w."""
     return spin_change(b, sub(load(b.torque), gyroscopic(b, w)))
 
 
-@jit_inside
 def spin_after(b, w, h):
     """Return the spin of a free body without contacts h [s] after it was w, or before; torques alone change its energy.
 
@@ -165,7 +158,6 @@ def spin_after(b, w, h):
     return sub(scale(2.0, to_world(b.axes, mean)), w)
 
 
-@jit_inside
 def update_momentum(b):
     """Make the angular momentum that of the spin, which the user may have changed."""
     spin = load(b.spin)
@@ -174,7 +166,6 @@ def update_momentum(b):
         store(b.momentum, angular_momentum(b, spin))
 
 
-@jit_inside
 def gyroscopic(b, w):
     """Return the moment w x I w [N m]."""
     if b.isotropic != 0 or b.inverse_mass == 0.0:
@@ -182,45 +173,38 @@ def gyroscopic(b, w):
     return cross(w, angular_momentum(b, w))
 
 
-@jit_inside
 def angular_momentum(b, w):
     """Return I w [N m s], the angular momentum of a body of finite mass about its centre of mass, at a spin w."""
     p, i = to_body(b.axes, w), b.inverse_inertia
     return to_world(b.axes, (p[0] / i[0], p[1] / i[1], p[2] / i[2]))
 
 
-@jit_inside
 def is_static(b):
     """Return whether a body is kinematic and at rest."""
     return b.inverse_mass == 0.0 and dot(load(b.velocity), load(b.velocity)) + dot(load(b.spin), load(b.spin)) == 0.0
 
 
-@jit_inside
 def velocity_at(b, arm):
     """Return the velocity [m/s] of a body's point at an arm [m] from its centre of mass."""
     return add(load(b.velocity), cross(load(b.spin), arm))
 
 
-@jit_inside
 def closing_at(a, arm_a, b, arm_b, n):
     """Return the closing speed [m/s] of two points of contact; n: normal from B to A."""
     return -dot(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)), n)
 
 
-@jit_inside
 def greatest_closing(a, b):
     """Return a bound on the closing speed [m/s] of any two points of the shapes of two bodies."""
     turning = norm(load(a.spin)) * a.reach + norm(load(b.spin)) * b.reach
     return norm(sub(load(a.velocity), load(b.velocity))) + turning
 
 
-@jit_inside
 def acceleration_of(b):
     """Return the acceleration [m/s^2] of a body without contacts; zero if it sleeps, as its contacts balance it."""
     return load(b.acceleration) if b.asleep == 0 else ZERO
 
 
-@jit_inside
 def acceleration_at(b, arm):
     """Return the acceleration [m/s^2] of a body's point at an arm, without the angular acceleration of a free body."""
     if b.asleep != 0:
@@ -253,7 +237,6 @@ def kick(b, impulse, moment):
         store(b.spin, spin_change(b, load(b.momentum)))
 
 
-@jit_inside
 def mobility(b, arm, direction):
     """Return the mobility [1/kg] of a body's point: its velocity along a unit vector by a unit impulse along it."""
     if b.tree != 0:
@@ -262,7 +245,6 @@ def mobility(b, arm, direction):
     return b.inverse_mass + dot(r, spin_change(b, r))
 
 
-@jit_inside
 def mobility_between(a, arm_a, b, arm_b, direction):
     """Return the mobility [1/kg] of two points: their relative velocity by equal and opposite unit impulses."""
     both = mobility(a, arm_a, direction) + mobility(b, arm_b, direction)
@@ -272,31 +254,26 @@ def mobility_between(a, arm_a, b, arm_b, direction):
     return both
 
 
-@jit_inside
 def mobility_bound(b, reach):
     """Return a bound on the mobility [1/kg] within `reach` [m] of a body's centre of mass; joints only reduce it."""
     return b.inverse_mass + reach * reach * max_inverse_inertia(b)
 
 
-@jit_inside
 def max_inverse_inertia(b):
     """Return the inverse of the least moment of inertia of a body [1/(kg m^2)]."""
     return max(b.inverse_inertia[0], max(b.inverse_inertia[1], b.inverse_inertia[2]))
 
 
-@jit_inside
 def turn_rate(b):
     """Return the angular speed [rad/s] of a body; in a tree a bound for the body and its ancestors, see `LINK.rate`."""
     return norm(load(b.spin)) if b.tree == 0 else link_at(tree_at(b.tree, 0).links, b.member).rate
 
 
-@jit_inside
 def swing(b):
     """Return the least rate [1/s] of substeps for damping in joints not to let a body swing, see `trees.mobility`."""
     return 0.0 if b.tree == 0 else tree_at(b.tree, 0).swing
 
 
-@jit_inside
 def change_bound(b, reach, time, most=1.0):
     """Return a bound on the change, by joints, of the acceleration [m/s^2] of a point within a time [s].
 
@@ -312,14 +289,12 @@ def change_bound(b, reach, time, most=1.0):
     return pull_bound(b, reach, time, most) + 4.0 * reach * turn_rate(b) ** 2 * min(turn_rate(b) * time, most)
 
 
-@jit_inside
 def pull_bound(b, reach, time, most):
     """Return the part of `change_bound` by the other bodies of the tree."""
     t = tree_at(b.tree, 0)
     return 4.0 * min(t.max_acceleration, t.effort * sqrt(mobility_bound(b, reach))) * min(t.rate * time, most)
 
 
-@jit_inside
 def turning_change_bound(b, reach, time, most):
     """Return the change, by joints, of the acceleration [m/s^2] along its path of a point that a body turns.
 
@@ -340,7 +315,6 @@ def turning_change_bound(b, reach, time, most):
 JUMP = 5.0
 
 
-@jit_inside
 def move_kinematic(w, b, place, turn, h):
     """Set the velocities of a kinematic body such that it reaches a pose at the end of a step of h [s].
 
@@ -362,3 +336,6 @@ def move_kinematic(w, b, place, turn, h):
         store(b.velocity, ZERO)
         store(b.spin, ZERO)
     set_axes(b)
+
+
+jit_module(__name__)

@@ -10,7 +10,7 @@ this holds.
 
 from math import sqrt
 
-from contactlaw.jit import jit_inline, jit_inside
+from contactlaw.jit import jit_inline, jit_module
 from contactlaw.laws import torsion
 from contactlaw.laws.hertz import damping_of, hertz_stiffness
 from contactlaw.laws.record import LASTING, SPUN
@@ -56,7 +56,6 @@ def start_coasting(w, pairs, coasting, h):
     return coasting
 
 
-@jit_inside
 def has_model(w, p):
     """Return whether a closed contact can coast: it is persistent, without rolling resistance, between round bodies.
 
@@ -70,7 +69,6 @@ def has_model(w, p):
     return plain and is_round(body_at(w.bodies, p.body_a)) and is_round(body_at(w.bodies, p.body_b))
 
 
-@jit_inside
 def steady_time(c, a, b):
     """Return the time [s] in which overlap, normal and friction of a closed contact are expected to hardly change.
 
@@ -83,7 +81,6 @@ def steady_time(c, a, b):
     return min(time, longest_slide(c.touch) * c.interval / max(slid, 1e-300))
 
 
-@jit_inside
 def turning_time(c, a, b):
     """Return the time [s] in which turning of the normal changes the overlap by the share TURNING.
 
@@ -95,7 +92,6 @@ def turning_time(c, a, b):
     return sqrt(2.0 * TURNING * c.touch.overlap * (norm(load(c.arm_a)) + norm(load(c.arm_b)))) / max(across, 1e-300)
 
 
-@jit_inside
 def torsion_time(w, c, a, b):
     """Return the time [s] for which the moment about the normal may be held; NEVER if the contact has not spun."""
     if c.torsion.span == 0.0:
@@ -104,14 +100,12 @@ def torsion_time(w, c, a, b):
     return TORSION_PHASE / sqrt(stiffness * (a.inverse_inertia[0] + b.inverse_inertia[0]))
 
 
-@jit_inside
 def longest_slide(t):
     """Return the displacement [m] that changes the friction of a stuck contact by CHANGE; NEVER if it slides."""
     limit = t.friction * t.force
     return NEVER if t.f * t.f + t.g * t.g > (FULL * limit) ** 2 else CHANGE * limit / stuck_stiffness(t)
 
 
-@jit_inside
 def is_round(b):
     """Return whether a body is kinematic and does not turn, or free with inertia and shapes that do not as it turns.
 
@@ -122,7 +116,6 @@ def is_round(b):
     return b.tree == 0 and b.isotropic != 0 and b.oriented == 0
 
 
-@jit_inside
 def begin_coasting(w, k, r, h, longest):
     """Set the model r of the contact of pair k, in substeps of h [s].
 
@@ -217,14 +210,12 @@ def advance_coasting(w, pairs, coasting, span, may_coast):
     return coasting
 
 
-@jit_inside
 def is_in_range(r):
     """Return whether a contact may coast on."""
     slid = dot(load(r.slide), load(r.slide))
     return r.least <= r.overlap <= r.most and slid < r.furthest * r.furthest and r.time < r.longest
 
 
-@jit_inside
 def end_coasting(w, r):
     """Write the model of a contact that stops coasting back."""
     p, n = near_at(w.near, r.near), load(r.normal)
@@ -239,3 +230,6 @@ def end_coasting(w, r):
     c.normal_work += r.normal_work
     c.friction_work += r.friction_work - r.moment * (turn_a - turn_b)
     c.duration += r.time
+
+
+jit_module(__name__)

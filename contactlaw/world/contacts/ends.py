@@ -9,20 +9,20 @@ linear spring 1 and 0.
 
 from math import sqrt
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit
 
 # (zeta(-3/2, 1 + s) - zeta(-3/2))/s and zeta(-1/4, 1 + s) in powers of s on (0, 1], to 4e-5 and 1e-4
 ELASTIC_END = (-0.31178923, -0.5489945, -0.15573116, 0.01654819)
 DAMPED_END = (-0.32035357, -0.86369735, -0.16467251, 0.02834923)
 
 
-@jit_inside
+@jit
 def cubic(a, s):
     """Return the cubic polynomial of s with the coefficients a, lowest first."""
     return a[0] + s * (a[1] + s * (a[2] + s * a[3]))
 
 
-@jit_inside
+@jit
 def elastic_end(s, linear):
     """Return the correction [substeps] of the weight of the elastic force at the first or last point of an impact.
 
@@ -35,7 +35,7 @@ def elastic_end(s, linear):
     return -(1.0 + cubic(ELASTIC_END, s) / sqrt(s))
 
 
-@jit_inside
+@jit
 def damped_end(s, linear):
     """Return the correction [substeps] of the weight of the damper's force at the first point: -zeta(-p, s)/s^p."""
     if linear:

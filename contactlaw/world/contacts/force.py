@@ -2,7 +2,7 @@
 
 from math import isfinite, sqrt
 
-from contactlaw.jit import jit_inline, jit_inside
+from contactlaw.jit import jit_inline, jit_module
 from contactlaw.laws import rolling, speeds, torsion
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import LASTING, OPEN, PAIR_SIZE, SPUN, ask_energy, ask_stiffness
@@ -89,7 +89,6 @@ def twist_of(c, a, b):
     return angle
 
 
-@jit_inside
 def advance_from_saved(w, c, slot, moved, slide):
     """Advance a contact from the saved state of its law to its present overlap and closing speed, in an implicit step.
 
@@ -104,7 +103,6 @@ def advance_from_saved(w, c, slot, moved, slide):
     return t.f, t.g, c.torsion.moment
 
 
-@jit_inside
 def slopes(w, c, slot, moved, slide, stage):
     """Return the slopes of the forces of a contact just advanced; the caller must then advance it anew.
 
@@ -143,7 +141,6 @@ def slopes(w, c, slot, moved, slide, stage):
     return (normal, *by_overlap, (fu - f) / way, (gu - g) / way, (fv - f) / way, (gv - g) / way, turn)
 
 
-@jit_inside
 def slide_to_slip(t):
     """Return the displacement [m] from rest at which a contact under a constant load begins to slip as a whole.
 
@@ -152,13 +149,11 @@ def slide_to_slip(t):
     return t.mu * t.e_star / t.g_star * t.overlap
 
 
-@jit_inside
 def slips_fully(t):
     """Return whether a contact slips as a whole: its friction force is at the limit, which may be zero."""
     return t.f * t.f + t.g * t.g >= (FULL * t.friction * t.force) ** 2
 
 
-@jit_inside
 def has_rigid_friction(w, c):
     """Return whether the law of a contact has friction without tangential springs."""
     pair = pair_at(w.pairs, c.pair)
@@ -176,13 +171,11 @@ def is_quasi_static(c, share):
     return slow and abs(c.closing_acceleration) * t.mass < 0.3 * share * t.force
 
 
-@jit_inside
 def dashpot_of(t):
     """Return the coefficient of the tangential dashpot [N s/m]."""
     return 2.0 * DAMPING * sqrt(stuck_stiffness(t) * t.tangential_mass)
 
 
-@jit_inside
 def add_dashpot(t, u, v):
     """Add the force of the tangential dashpot, within the friction cone; u, v: slip velocity [m/s].
 
@@ -200,7 +193,6 @@ def add_dashpot(t, u, v):
         t.g *= limit / pull
 
 
-@jit_inside
 def stored_energy(w, c, slot):
     """Return the elastic energy [J] of a contact: normal, tangential, of torsion and of rolling resistance; open: 0."""
     t, law = c.touch, law_of(w, pair_at(w.pairs, c.pair))
@@ -218,7 +210,6 @@ def stored_energy(w, c, slot):
     return out
 
 
-@jit_inside
 def rolling_resistance(w, c):
     """Return the coefficient of rolling resistance mu_r: that of the pair, but at most such that mu_r R <= sqrt(I/m).
 
@@ -228,3 +219,6 @@ def rolling_resistance(w, c):
     mobility = max_inverse_inertia(body_at(w.bodies, c.body_a)) + max_inverse_inertia(body_at(w.bodies, c.body_b))
     given = law_of(w, pair_at(w.pairs, c.pair)).rolling
     return given / max(1.0, given * c.touch.radius * sqrt(c.touch.mass * mobility))
+
+
+jit_module(__name__)

@@ -1,6 +1,6 @@
 """Where the shapes of a closed contact meet, which know their last overlap and normal."""
 
-from contactlaw.jit import jit_inline, jit_inside
+from contactlaw.jit import jit, jit_inline
 from contactlaw.world.data.access import contact_at, near_at, shape_at
 from contactlaw.world.data.call import ask_separation
 from contactlaw.world.data.kinds import BOX, EDGE, ELLIPSOID, SEGMENT
@@ -32,7 +32,7 @@ def meet_contact(c, sa, a, sb, b):
     return meet_sunk(c, sa, a, sb, b, found)
 
 
-@jit_inside
+@jit
 def place_along(c, sa, a):
     """Return where a contact was last along a segment or an edge A, -1 to 1 from end to end; of other shapes zero."""
     if sa.kind != SEGMENT and sa.kind != EDGE:
@@ -41,7 +41,7 @@ def place_along(c, sa, a):
     return clip(dot(sub(load(c.arm_a), centre(sa, a)), u) / dot(u, u))
 
 
-@jit_inside
+@jit
 def meet_sunk(c, sa, a, sb, b, found):
     """Return `geometry.meet` where cores may overlap; found: what it gives now.
 
@@ -70,7 +70,7 @@ def meet_sunk(c, sa, a, sb, b, found):
     return deeper, held, lowest, add(lowest, sub(load(a.position), load(b.position)))
 
 
-@jit_inside
+@jit
 def meet_apart(w, p, a, b):
     """Return `geometry.meet_place` of a closed contact; without overlap if an earlier pair has the same place.
 

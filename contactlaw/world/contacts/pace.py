@@ -2,7 +2,7 @@
 
 from math import sqrt
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.laws.hertz import hertz_stiffness
 from contactlaw.world.bodies.motion import closing_at, mobility_between, swing
 from contactlaw.world.contacts.force import is_quasi_static
@@ -25,7 +25,6 @@ MAX_SHORTENING = 4.0  # by which the length of substeps is divided for that, at 
 MASS_TURN = 0.1  # [rad] by which a normal may turn in a substep before effective masses are computed anew
 
 
-@jit_inside
 def impact_duration(k, duration, mass, overlap, closing, push):
     """Return the duration [s] of an impact in which overlap [m] >= 0 and closing speed [m/s] are these.
 
@@ -41,7 +40,6 @@ def impact_duration(k, duration, mass, overlap, closing, push):
     return duration * (1.25 * mass * square / k) ** 0.4 / sqrt(square)
 
 
-@jit_inside
 def radius_of(w, p, a, b):
     """Return R [m] of a near pair where its bodies are, and the longer axis, see `geometry.effective_radius`.
 
@@ -58,7 +56,6 @@ def radius_of(w, p, a, b):
     return effective_radius(sa, a, sb, b)
 
 
-@jit_inside
 def share_of(t, sa, sb):
     """Return the share of a contact's stiffness and mass that shape A carries of it.
 
@@ -69,7 +66,6 @@ def share_of(t, sa, sb):
     return 0.5 if crossed else 1.0
 
 
-@jit_inside
 def touch_duration(w, p, a, b):
     """Return the duration [s] of the impact that a near pair is about to have, as predicted with its bodies a and b."""
     _, n, arm_a, arm_b = meet_near(w, p, a, b)
@@ -81,7 +77,6 @@ def touch_duration(w, p, a, b):
     return impact_duration(k, law.duration, mass, max(-p.gap, 0.0), closing, push)
 
 
-@jit_inside
 def contact_duration(w, c, a, b):
     """Return the duration [s] of an impact with the present overlap and closing speed of a closed contact."""
     t = c.touch
@@ -92,14 +87,12 @@ def contact_duration(w, c, a, b):
     )
 
 
-@jit_inside
 def resting_duration(w, c):
     """Return the duration [s] of an undamped impact whose greatest overlap is the present one of a closed contact."""
     t = c.touch
     return law_of(w, pair_at(w.pairs, c.pair)).duration * sqrt(t.mass / (0.8 * hertz_stiffness(t) * sqrt(t.overlap)))
 
 
-@jit_inside
 def closing_speed(c, a, b):
     """Return the closing speed [m/s] of a closed contact from the bodies' velocities.
 
@@ -108,7 +101,6 @@ def closing_speed(c, a, b):
     return closing_at(a, load(c.arm_a), b, load(c.arm_b), load(c.normal))
 
 
-@jit_inside
 def stays_closed(c, a, b):
     """Return whether the energy of a damped closed contact is too small to open it against the load on it:
 
@@ -123,7 +115,6 @@ def stays_closed(c, a, b):
     return 0.5 * speed * speed * t.mass < (0.6 * t.force + t.mass * c.closing_acceleration) * t.overlap
 
 
-@jit_inside
 def longest_substep(w, c, a, b, substeps):
     """Return the longest substep [s] for a closed contact; substeps: number of them in an impact."""
     t = c.touch
@@ -144,13 +135,11 @@ def longest_substep(w, c, a, b, substeps):
     return min(longest, SUBSTEP_TURN / max(change_rate(a), change_rate(b), 1e-9))
 
 
-@jit_inside
 def change_rate(b):
     """Return the rate [rad/s] at which the motion of a tree changes, see `records.TREE`; zero for a single body."""
     return tree_at(b.tree, 0).change_rate if is_jointed(b) else 0.0
 
 
-@jit_inside
 def substeps_per_impact(w, p, few):
     """Return how many substeps an impact of a pair should have.
 
@@ -164,13 +153,11 @@ def substeps_per_impact(w, p, few):
     return w.crowd_substeps if damped else max(w.crowd_substeps, ELASTIC)
 
 
-@jit_inside
 def is_jointed(b):
     """Return whether joints connect a body to other bodies."""
     return b.tree != 0 and tree_at(b.tree, 0).count > 1
 
 
-@jit_inside
 def returns_within_step(w, c, a, b):
     """Return whether bodies that part with all the energy of their contact touch again within the step.
 
@@ -183,7 +170,6 @@ def returns_within_step(w, c, a, b):
     return 4.0 * square < w.step * w.step * dot(acceleration, acceleration)
 
 
-@jit_inside
 def oscillation_duration(w, c, a, b):
     """Return the duration [s] of the impact of a closed contact, or a tangential half period if that is shorter."""
     t = c.touch
@@ -191,7 +177,6 @@ def oscillation_duration(w, c, a, b):
     return contact_duration(w, c, a, b) / max(1.0, sqrt(0.5 * chi))
 
 
-@jit_inside
 def add_square_rate(w, p):
     """Add 1/T^2 of a closed contact, T its `oscillation_duration`, to the sums of both bodies.
 
@@ -206,7 +191,6 @@ def add_square_rate(w, p):
         b.square_rate += rate if counts_b else 0.0
 
 
-@jit_inside
 def update_masses(c, a, b):
     """Set the effective masses [kg] along the normal and across, the latter for the mean mobility of both tangents.
 
@@ -218,3 +202,6 @@ def update_masses(c, a, b):
     both = mobility_between(a, arm_a, b, arm_b, e) + mobility_between(a, arm_a, b, arm_b, cross(n, e))
     c.touch.tangential_mass = 2.0 * c.touch.share / both
     c.touch.mass = c.touch.share / max(mobility_between(a, arm_a, b, arm_b, n), 0.5 * MASS_TURN * MASS_TURN * both)
+
+
+jit_module(__name__)

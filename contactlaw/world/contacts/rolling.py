@@ -2,7 +2,7 @@
 
 from math import sqrt
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.laws import rolling
 from contactlaw.laws.record import LASTING
 from contactlaw.world.bodies.motion import spin_change
@@ -11,7 +11,6 @@ from contactlaw.world.data.access import body_at
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub
 
 
-@jit_inside
 def update_rolled(c, a, b):
     """Set the angles [rad] by which A has rolled over B about both tangents in the last substep."""
     e = load(c.tangent)
@@ -19,7 +18,6 @@ def update_rolled(c, a, b):
     c.rolled[0], c.rolled[1] = dot(both, e), dot(both, cross(load(c.normal), e))
 
 
-@jit_inside
 def advance_rolling(w, c, rate):
     """Update the moments of a closed contact after its forces; rate: of both angles, A over B [rad/s]."""
     t, resistance = c.touch, rolling_resistance(w, c)
@@ -31,7 +29,6 @@ def advance_rolling(w, c, rate):
     c.bending[0], c.bending[1], c.rolled[2] = share * u, share * v, share * left
 
 
-@jit_inside
 def rolling_dashpot(w, c, resistance):
     """Return the rolling dashpot [N m s] of a quasi-static persistent contact with damping; else zero.
 
@@ -45,14 +42,12 @@ def rolling_dashpot(w, c, resistance):
     return 2.0 * rolling.CALM * sqrt(rolling.stiffness(t, resistance) / mobility)
 
 
-@jit_inside
 def rolling_moment(c):
     """Return the moment of rolling resistance on B [N m]; that on A is opposite."""
     e = load(c.tangent)
     return axpy(c.bending[0], e, scale(c.bending[1], cross(load(c.normal), e)))
 
 
-@jit_inside
 def rolling_axes(c):
     """Return the unit vector along the moment of rolling resistance, and that across it and the normal."""
     moment = rolling_moment(c)
@@ -61,8 +56,10 @@ def rolling_axes(c):
     return along, cross(load(c.normal), along)
 
 
-@jit_inside
 def moment_of(c):
     """Return the moment of a contact on B [N m]: torsion and rolling resistance."""
     about = scale(c.torsion.moment, load(c.normal))
     return add(rolling_moment(c), about) if c.bending[0] != 0.0 or c.bending[1] != 0.0 else about
+
+
+jit_module(__name__)

@@ -1,6 +1,6 @@
 """A contact from touch to parting: its slot, frame, force and work, and the impulses on its bodies."""
 
-from contactlaw.jit import jit_inline, jit_inside
+from contactlaw.jit import jit_inline, jit_module
 from contactlaw.laws import speeds
 from contactlaw.laws.ellipse import share_along
 from contactlaw.laws.hertz import greatest_overlap, hertz_stiffness
@@ -39,7 +39,6 @@ SMALL_TURN = 1e-3
 TOUCHING = 1e-10  # overlap or gap that counts as zero, over the effective radius
 
 
-@jit_inside
 def begin_contact(w, k, overlap):
     """Give near pair k a contact, with overlap [m] <= 0 before the touch; returns whether there was a free slot.
 
@@ -110,7 +109,6 @@ def begin_contact(w, k, overlap):
     return True
 
 
-@jit_inside
 def initial_overlap_limit(w, c):
     """Return the overlap [m] at first contact above which it cannot come from motion; zero after shapes were resized.
 
@@ -123,7 +121,6 @@ def initial_overlap_limit(w, c):
     return min(DEEPEST * least, fast) if w.edited < RESIZED else 0.0
 
 
-@jit_inside
 def release_if_put_deeper(w, p):
     """Release the contact of a closed pair if the user has moved its shapes deep into each other.
 
@@ -138,7 +135,6 @@ def release_if_put_deeper(w, p):
         p.slot, p.closed, p.initial_overlap, w.stale = -1, 0, 0.0, 1
 
 
-@jit_inside
 def set_ellipse(c, along, length):
     """Make a new contact elliptic, its first tangent along the longer axis; length: ln(q/p), see `share_along`."""
     n, t = load(c.normal), c.touch
@@ -149,7 +145,6 @@ def set_ellipse(c, along, length):
         t.skew = 2.0 * (1.0 - t.g_star / t.e_star) * share_along(length)
 
 
-@jit_inside
 def update_geometry(w, c):
     """Set overlap, frame and arms of a closed contact after one of its shapes was placed anew, not by motion."""
     a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
@@ -161,7 +156,6 @@ def update_geometry(w, c):
     store(c.force, force_of(c))
 
 
-@jit_inside
 def clear_torsion(state):
     """Set the state of torsion of a contact that has not spun."""
     state.span, state.moment, state.stored = 0.0, 0.0, 0.0
@@ -171,7 +165,6 @@ def clear_torsion(state):
         state.missed[i] = 0.0
 
 
-@jit_inside
 def clear_ledger(c):
     """Set the ledger of a contact, its initial overlap, and what has been noted of it to zero."""
     c.initial_overlap, c.touches, c.duration, c.noted = 0.0, 0, 0.0, 0
@@ -180,7 +173,6 @@ def clear_ledger(c):
     store(c.earlier, (0.0, 0.0, 0.0))
 
 
-@jit_inside
 def end_contact(q, c):
     """Open a contact. Its slot is kept until the next step, or as long as it has an initial overlap."""
     q.closed = 0
@@ -194,7 +186,6 @@ def end_contact(q, c):
         c.touch.overlap = 0.0
 
 
-@jit_inside
 def update_initial_overlap(w, p):
     """Reduce the initial overlap of an open pair to the present overlap; returns whether some is left."""
     c = contact_at(w.contacts, p.slot)
@@ -214,13 +205,11 @@ def update_initial_overlap(w, p):
     return c.initial_overlap > 0.0
 
 
-@jit_inside
 def has_parted(p):
     """Return whether a near pair has the slot of a contact that parted in this step and leaves no initial overlap."""
     return p.slot >= 0 and p.closed == 0 and p.initial_overlap == 0.0
 
 
-@jit_inside
 def release(w, slot):
     """Free the slot of a contact; its ledger is added to that of its pair of materials."""
     c = contact_at(w.contacts, slot)
@@ -230,7 +219,6 @@ def release(w, slot):
     w.spares += 1
 
 
-@jit_inside
 def add_to_ledger(c, ledger_io):
     """Add the sums of a contact to a ledger, see `records.PAIR`."""
     ledger_io[0] += c.touches
@@ -382,3 +370,6 @@ def apply_force(c, a, b, time):
     kick(a, impulse, about_a)
     kick(b, scale(-1.0, impulse), about_b)
     store(c.impulse, add(load(c.impulse), impulse))
+
+
+jit_module(__name__)

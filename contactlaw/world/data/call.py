@@ -8,7 +8,7 @@ from typing import Any
 import numba
 from numba import types
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.memory import caller, whole_at
 from contactlaw.world.data.demand import ADD_CALL, ASK, ERROR_OBJECT, IS_TRUE, PENDING
 from contactlaw.world.data.records import BODY, CONTACT, NEAR, SHAPE, TREE, WORLD
@@ -53,7 +53,6 @@ call_for: Any = caller(types.void(types.int64))
 call_later: Any = caller(types.int32(*ADDRESSES))
 
 
-@jit_inside
 def ready(w, what):
     """Return whether a function compiled on demand is there, by its number in `demand`; asks Python for it if not."""
     table = w.demand
@@ -64,25 +63,24 @@ def ready(w, what):
     return entry(table, what) != 0
 
 
-@jit_inside
 def address(w, what):
     """Return the address of a function that is `ready`."""
     return entry(w.demand, what)
 
 
-@jit_inside
 def error_pending(table):
     """Return whether an exception is kept, without calling Python; table: address of `demand.TABLE`."""
     return entry(table, PENDING) != 0
 
 
-@jit_inside
 def raise_later(table):
     """Schedule the kept exception to be raised when compiled code has returned."""
     call_later(entry(table, ADD_CALL), entry(table, IS_TRUE), entry(table, ERROR_OBJECT))
 
 
-@jit_inside
 def entry(table, place):
     """Return an entry of `demand.TABLE`."""
     return types.uint64(whole_at(table, place))
+
+
+jit_module(__name__)

@@ -3,13 +3,13 @@
 import numpy as np
 from numba import types
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit
 from contactlaw.memory import whole_at
 
 GOLDEN, HALF = np.uint64(0x9E3779B97F4A7C15), np.uint64(32)  # 2^64 over the golden ratio; half the bits of a number
 
 
-@jit_inside
+@jit
 def mix(numbers, first, last, before):
     """Return the checksum of the numbers first, ..., last - 1 at an address, as an unsigned integer.
 
@@ -24,7 +24,7 @@ def mix(numbers, first, last, before):
     return mixed
 
 
-@jit_inside
+@jit
 def as_float(mixed):
     """Return a mixed checksum as a float that is not zero."""
     mixed = (mixed ^ (mixed >> HALF)) * GOLDEN

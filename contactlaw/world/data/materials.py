@@ -5,26 +5,23 @@ from typing import Any
 
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.laws.record import PAIR, PAIR_SIZE
 from contactlaw.memory import doubles_at, element
 
 law_at: Any = element(PAIR)
 
 
-@jit_inside
 def memory_of(w, slot):
     """Return the history that the law keeps of the contact in a slot, shape (size,)."""
     return carray(doubles_at(w.memory + 8 * w.memory_size * slot), w.memory_size)
 
 
-@jit_inside
 def law_of(w, pair):
     """Return the parameters of a pair of materials that all laws share."""
     return law_at(w.numbers + 8 * pair.numbers, 0)
 
 
-@jit_inside
 def friction_of(pair, a, b):
     """Return the friction coefficient of a pair of materials for shapes a and b.
 
@@ -37,13 +34,14 @@ def friction_of(pair, a, b):
     return a.friction if a.priority > b.priority else b.friction
 
 
-@jit_inside
 def law_numbers(w, pair):
     """Return the law's own parameters of a pair."""
     return carray(doubles_at(w.numbers + 8 * (pair.numbers + PAIR_SIZE)), 1)
 
 
-@jit_inside
 def speed_numbers(w, pair):
     """Return the parameters of `laws.speeds` of a pair that has them."""
     return carray(doubles_at(w.numbers + 8 * (pair.numbers + int(law_of(w, pair).speeds))), 1)
+
+
+jit_module(__name__)

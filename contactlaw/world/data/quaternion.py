@@ -2,13 +2,12 @@
 
 from math import atan2, copysign, cos, sin, sqrt
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.world.data.vec import ZERO, add, cross, dot, norm, scale
 
 SMALL_ANGLE = 0.03  # [rad] below which sine and cosine are taken from their series, exact to rounding
 
 
-@jit_inside
 def half_turn(angle2):
     """Return cos(angle/2), and sin(angle/2) over the angle [1/rad]; angle2: the angle squared."""
     if angle2 < SMALL_ANGLE * SMALL_ANGLE:
@@ -19,7 +18,6 @@ def half_turn(angle2):
     return cos(0.5 * angle), sin(0.5 * angle) / angle
 
 
-@jit_inside
 def rotate(turn, a):
     """Return the vector a rotated by a rotation vector [rad] (Rodrigues' formula in half angles)."""
     c, s = half_turn(dot(turn, turn))
@@ -28,14 +26,12 @@ def rotate(turn, a):
     return add(a, add(scale(c, t), cross(q, t)))
 
 
-@jit_inside
 def rotation(turn):
     """Return the quaternion of a rotation vector [rad]."""
     c, s = half_turn(dot(turn, turn))
     return c, s * turn[0], s * turn[1], s * turn[2]
 
 
-@jit_inside
 def rotation_vector(q):
     """The rotation vector [rad], by half a turn at most, of a quaternion of length one."""
     way = q[1], q[2], q[3]
@@ -43,14 +39,12 @@ def rotation_vector(q):
     return scale(copysign(2.0 * atan2(half, abs(q[0])) / half, q[0]), way) if half > 0.0 else ZERO
 
 
-@jit_inside
 def unit(q):
     """Return a quaternion normalised."""
     one = 1.0 / sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
     return one * q[0], one * q[1], one * q[2], one * q[3]
 
 
-@jit_inside
 def product(p, q):
     """Return the product p q of two quaternions, scalar first: rotation by q, then by p."""
     return (
@@ -61,7 +55,6 @@ def product(p, q):
     )
 
 
-@jit_inside
 def turn_by(q, a):
     """Return the vector a rotated by a unit quaternion."""
     u = (q[1], q[2], q[3])
@@ -69,16 +62,17 @@ def turn_by(q, a):
     return add(a, add(scale(q[0], t), cross(u, t)))
 
 
-@jit_inside
 def load4(a):
     """Return the first four numbers of an array as a quaternion."""
     return a[0], a[1], a[2], a[3]
 
 
-@jit_inside
 def store4(a_out, q):
     """Write a quaternion into the first four numbers of an array."""
     a_out[0] = q[0]
     a_out[1] = q[1]
     a_out[2] = q[2]
     a_out[3] = q[3]
+
+
+jit_module(__name__)

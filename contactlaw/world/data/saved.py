@@ -2,7 +2,7 @@
 
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.laws.record import CONTACT_SIZE
 from contactlaw.laws.torsion import TORSION
 from contactlaw.memory import doubles_at, same_wholes
@@ -16,7 +16,6 @@ BODY_NUMBERS, CONTACT_NUMBERS = records.BODY.itemsize // 8, records.CONTACT.item
 COASTING_NUMBERS = records.COASTING.itemsize // 8
 
 
-@jit_inside
 def copy_numbers(source, target, count):
     """Copy `count` numbers from one address to another."""
     numbers, copy = carray(doubles_at(source), count), carray(doubles_at(target), count)
@@ -24,20 +23,17 @@ def copy_numbers(source, target, count):
         copy[k] = numbers[k]
 
 
-@jit_inside
 def copy_coasting(w, source, target):
     """Copy a record of a contact that coasts to another place in the list of these."""
     size = 8 * COASTING_NUMBERS
     copy_numbers(w.coasting + size * source, w.coasting + size * target, COASTING_NUMBERS)
 
 
-@jit_inside
 def body_address(bodies, i):
     """Return the address of body i of those at an address."""
     return bodies + 8 * BODY_NUMBERS * i
 
 
-@jit_inside
 def scratch_body(w, i, place, time):
     """Copy body i to one of the two scratch places; returns the copy.
 
@@ -51,57 +47,51 @@ def scratch_body(w, i, place, time):
     return copy
 
 
-@jit_inside
 def save_body(w, i):
     """Save a copy of body i, for `saved_body` and `restore_body`."""
     copy_numbers(body_address(w.bodies, i), body_address(w.saved_bodies, i + records.SCRATCH), BODY_NUMBERS)
 
 
-@jit_inside
 def saved_body(w, i):
     """Return body i as it was saved."""
     return body_at(w.saved_bodies, i + records.SCRATCH)
 
 
-@jit_inside
 def restore_body(w, i):
     """Set body i back to its saved copy."""
     copy_numbers(body_address(w.saved_bodies, i + records.SCRATCH), body_address(w.bodies, i), BODY_NUMBERS)
 
 
-@jit_inside
 def copy_row(source, target, slot, size, count):
     """Copy the first `count` numbers of a row of `size` numbers."""
     copy_numbers(source + 8 * size * slot, target + 8 * size * slot, count)
 
 
-@jit_inside
 def save_contact(w, slot):
     """Save a copy of the contact in a slot, and of its law's history."""
     copy_row(w.contacts, w.saved_contacts, slot, CONTACT_NUMBERS, CONTACT_NUMBERS)
     copy_row(w.memory, w.saved_memory, slot, w.memory_size, w.memory_size)
 
 
-@jit_inside
 def saved_contact(w, slot):
     """Return the contact in a slot as it was saved."""
     return contact_at(w.saved_contacts, slot)
 
 
-@jit_inside
 def restore_contact(w, slot):
     """Set a contact back to its saved copy, but for the ledger; its law's history stays as it is."""
     copy_row(w.saved_contacts, w.contacts, slot, CONTACT_NUMBERS, EVALUATED_NUMBERS)
 
 
-@jit_inside
 def restore_law_state(w, slot):
     """Set the state of a contact's laws, and their history, back to the saved copy."""
     copy_row(w.saved_contacts, w.contacts, slot, CONTACT_NUMBERS, KNOWN_NUMBERS)
     restore_history(w, slot)
 
 
-@jit_inside
 def restore_history(w, slot):
     """Set the history of a contact's law back to the saved copy."""
     copy_row(w.saved_memory, w.memory, slot, w.memory_size, w.memory_size)
+
+
+jit_module(__name__)

@@ -2,18 +2,16 @@
 
 from math import sqrt
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 
 ZERO = (0.0, 0.0, 0.0)
 
 
-@jit_inside
 def load(a):
     """Return the first three numbers of an array as a vector."""
     return a[0], a[1], a[2]
 
 
-@jit_inside
 def store(a_out, v):
     """Write a vector into the first three numbers of an array."""
     a_out[0] = v[0]
@@ -21,56 +19,47 @@ def store(a_out, v):
     a_out[2] = v[2]
 
 
-@jit_inside
 def add(a, b):
     """Return a + b."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@jit_inside
 def sub(a, b):
     """Return a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-@jit_inside
 def scale(s, a):
     """Return s a."""
     return s * a[0], s * a[1], s * a[2]
 
 
-@jit_inside
 def axpy(s, a, b):
     """Return s a + b."""
     return b[0] + s * a[0], b[1] + s * a[1], b[2] + s * a[2]
 
 
-@jit_inside
 def dot(a, b):
     """Return the scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@jit_inside
 def cross(a, b):
     """Return the vector product a x b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@jit_inside
 def norm(a):
     """Return the length."""
     return sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
 
 
-@jit_inside
 def share_of(a, b):
     """Of a vector a as much as b has of it: a multiple of a, by 0 to 1."""
     square = dot(a, a)
     return scale(min(max(dot(a, b) / square, 0.0), 1.0), a) if square > 0.0 else ZERO
 
 
-@jit_inside
 def to_world(m, a):
     """Return R a, of a matrix R (9,), row by row."""
     return (
@@ -80,7 +69,6 @@ def to_world(m, a):
     )
 
 
-@jit_inside
 def to_body(m, a):
     """Return R^T a."""
     return (
@@ -90,8 +78,10 @@ def to_body(m, a):
     )
 
 
-@jit_inside
 def tangent(n):
     """Return a unit vector across the unit vector n, a function of n alone."""
     e = cross(n, (1.0, 0.0, 0.0)) if abs(n[0]) < 0.6 else cross(n, (0.0, 1.0, 0.0))
     return scale(1.0 / norm(e), e)
+
+
+jit_module(__name__)

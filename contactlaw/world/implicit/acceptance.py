@@ -3,7 +3,7 @@
 No contact may strike, part or begin to stick within an implicit step, as these depend on the time when they happen.
 """
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.bounds import time_to_close
 from contactlaw.world.contacts.force import (
@@ -28,7 +28,6 @@ ENERGY_GAIN = 1e-6  # of an island's energy: what rounding and the error of a se
 LARGEST_TURN = 0.1  # [rad] of a body with shapes off its centre in an implicit step
 
 
-@jit_inside
 def is_persistent(w, bodies, pairs):
     """Return whether an island has closed contacts and nothing strikes in it within the step.
 
@@ -69,13 +68,11 @@ def is_persistent(w, bodies, pairs):
     return closed > 0
 
 
-@jit_inside
 def turns_far(w, b):
     """Return whether a body turns so far within the step that its contacts and gaps are not those of its start."""
     return b.oriented != 0 and norm(load(b.spin)) * w.step > LARGEST_TURN
 
 
-@jit_inside
 def strikes(w, p):
     """Return whether a pair strikes within the step, or has a contact that an implicit step cannot take."""
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
@@ -94,7 +91,6 @@ def strikes(w, p):
     return whirls(shape_at(w.shapes, p.a), a, load(c.normal), sub(load(a.spin), load(b.spin)), w.step)
 
 
-@jit_inside
 def max_push(p, a, b):
     """Return a bound on the closing acceleration [m/s^2] of an open pair.
 
@@ -106,7 +102,6 @@ def max_push(p, a, b):
     return norm(load(a.acceleration)) if held_b else max(p.acceleration, 0.0)
 
 
-@jit_inside
 def whirls(s, a, n, spin, time):
     """Return whether the deepest point of a disc runs round its rim by more than MAX_WHIRL in a time [s].
 
@@ -120,7 +115,6 @@ def whirls(s, a, n, spin, time):
     return norm(cross(spin, axis)) * time > MAX_WHIRL * max(norm(cross(n, axis)), flat)
 
 
-@jit_inside
 def takes_one_stage(w, bodies, pairs):
     """Return whether an island takes one stage: it has a tree, and no contact slides as a whole."""
     if not has_tree(w, bodies):
@@ -132,7 +126,6 @@ def takes_one_stage(w, bodies, pairs):
     return True
 
 
-@jit_inside
 def has_tree(w, bodies):
     """Return whether an island has bodies of a tree."""
     out = False
@@ -141,7 +134,6 @@ def has_tree(w, bodies):
     return out
 
 
-@jit_inside
 def is_steady(w, bodies, pairs):
     """Return whether no contact of an island moves along its normal at the start of the step: its force hardly changes.
 
@@ -156,7 +148,6 @@ def is_steady(w, bodies, pairs):
     return True
 
 
-@jit_inside
 def all_slide(w, pairs):
     """Return whether all closed contacts of an island slide as a whole, against friction, at the start of the step.
 
@@ -172,7 +163,6 @@ def all_slide(w, pairs):
     return True
 
 
-@jit_inside
 def changes_regime(w, pairs):
     """Return whether a contact parts, touches what sleeps, or begins to stick after sliding or spinning as a whole."""
     for i in range(pairs):
@@ -195,7 +185,6 @@ def changes_regime(w, pairs):
     return False
 
 
-@jit_inside
 def energy(w, bodies, pairs):
     """Return the energy [J] of an island: kinetic and stored in contacts, less the work of loads since the step began.
 
@@ -220,3 +209,6 @@ def energy(w, bodies, pairs):
             stored = stored_energy(w, contact_at(w.contacts, slot), slot)
             total, size = total + stored, size + stored
     return total, size
+
+
+jit_module(__name__)

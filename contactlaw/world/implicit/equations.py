@@ -5,7 +5,7 @@ diagonal. The factors L U = H have no entries outside of it (George & Liu, Compu
 Definite Systems, 1981, chapter 4), so that the cost of a chain of bodies is proportional to its length.
 """
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.world.trees.kinematics import vector
 
 LARGEST = 128  # unknowns; for larger islands substeps are cheaper
@@ -21,25 +21,21 @@ def room_for(unknowns: int) -> tuple[int, int]:
     return 2 * size + VECTORS, size
 
 
-@jit_inside
 def matrix(w):
     """Return H, later its factors, shape (unknown_room, unknown_room)."""
     return vector(w.equations, (w.unknown_room, w.unknown_room))
 
 
-@jit_inside
 def mass_matrix(w):
     """Return M, the mass matrix of the bodies, shape (unknown_room, unknown_room); it lies within the envelope."""
     return vector(mass_address(w, 0), (w.unknown_room, w.unknown_room))
 
 
-@jit_inside
 def mass_address(w, i):
     """Return the address of the diagonal entry of M of unknown i."""
     return w.equations + 8 * (i + w.unknown_room * (w.unknown_room + VECTORS + i))
 
 
-@jit_inside
 def vector_of(w, number):
     """Return one of the vectors, by its number; shape (unknown_room,).
 
@@ -51,7 +47,6 @@ def vector_of(w, number):
     return vector(w.equations + 8 * w.unknown_room * (w.unknown_room + number), w.unknown_room)
 
 
-@jit_inside
 def factorise(w):
     """Replace H by its factors L and U, of U the inverse diagonal. No pivots are chosen: masses keep them from zero."""
     h, first = matrix(w), vector_of(w, ENVELOPE)
@@ -67,7 +62,6 @@ def factorise(w):
         h[i, i] = 1.0 / pivot
 
 
-@jit_inside
 def substitute(w):
     """Replace the right side by the solution."""
     h, first, x = matrix(w), vector_of(w, ENVELOPE), vector_of(w, RIGHT_SIDE)
@@ -78,3 +72,6 @@ def substitute(w):
         x[i] *= h[i, i]
         for k in range(int(first[i]), i):
             x[k] -= h[k, i] * x[i]
+
+
+jit_module(__name__)

@@ -11,7 +11,7 @@ and likewise with the moments of contacts.
 
 from math import sqrt
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.laws.rolling import stiffness
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import angular_momentum, velocity_at
@@ -52,7 +52,6 @@ IMPACT_SQUARED = 10.8  # duration of an impact squared, times force / (overlap *
 INSIDE = 1.0 - 1e-9  # of a half length, and of the cosine of a normal to a face's: within them a side lies on the face
 
 
-@jit_inside
 def begin_residual(w, bodies, stage):
     """Write the residual of a stage [s] without contacts: M (V_free - V), and damping in trees; also the M of trees."""
     m, right = mass_matrix(w), vector_of(w, RIGHT_SIDE)
@@ -83,7 +82,6 @@ def begin_residual(w, bodies, stage):
             right[o + i] += stage * x[i]
 
 
-@jit_inside
 def begin_matrix(w, bodies):
     """Set H to the mass matrix M, and the envelope to that of M."""
     h, m, first = matrix(w), mass_matrix(w), vector_of(w, ENVELOPE)
@@ -102,7 +100,6 @@ def begin_matrix(w, bodies):
             write_inertia(b, h)
 
 
-@jit_inside
 def velocity_count(b):
     """Return how many unknowns are those of a body, or of its tree."""
     if b.unknown < 0:
@@ -110,7 +107,6 @@ def velocity_count(b):
     return 6 if b.tree == 0 else tree_at(b.tree, 0).v_size
 
 
-@jit_inside
 def write_inertia(b, h):
     """Write the mass and the moments of inertia of a free body into H."""
     axes, o = b.axes, b.unknown
@@ -122,13 +118,11 @@ def write_inertia(b, h):
             h[o + 3 + i, o + 3 + j] = own[0] * axes[3 * j] + own[1] * axes[3 * j + 1] + own[2] * axes[3 * j + 2]
 
 
-@jit_inside
 def rounding_scale(n, b):
     """Return the size [m] of the position's terms along n, whose rounding enters the overlap of a body's contacts."""
     return abs(n[0] * b.position[0]) + abs(n[1] * b.position[1]) + abs(n[2] * b.position[2])
 
 
-@jit_inside
 def evaluate_contact(w, r, stage, again):
     """Evaluate the contact of a row at the bodies' places, and add its impulse over a stage [s] to the residual.
 
@@ -181,7 +175,6 @@ def evaluate_contact(w, r, stage, again):
     return not (along <= tolerance and across <= tolerance + CONVERGED * slid), tolerance / stage  # NaN has moved
 
 
-@jit_inside
 def add_stiffness(w, r, stage):
     """Add the slopes of a contact's forces to H, for a stage [s]."""
     if r.slot < 0:
@@ -218,7 +211,6 @@ def add_stiffness(w, r, stage):
     add_moments(w, c, a, b, stage)
 
 
-@jit_inside
 def add_moments(w, c, a, b, stage):
     """Add to H the slopes of moments by angles: rolling resistance, and a side over a face of a box; stage [s]."""
     square = stage * stage
@@ -236,13 +228,11 @@ def add_moments(w, c, a, b, stage):
         add_moment_stiffness(w, a, b, cross(load(c.normal), u), scale(square * way, cross(force_of(c), u)))
 
 
-@jit_inside
 def index_of(a, b, count_a, p):
     """Return the index of the unknown that is entry p of those of A, `count_a` in number, and then of B."""
     return a.unknown + p if p < count_a else b.unknown + p - count_a
 
 
-@jit_inside
 def clear_row(w, number, a, b):
     """Return a row of a Jacobian with its entries for two bodies set to zero."""
     row = vector_of(w, number)
@@ -252,7 +242,6 @@ def clear_row(w, number, a, b):
     return row
 
 
-@jit_inside
 def add_moment_stiffness(w, a, b, axis, moment):
     """Add to H a moment on B that grows with the angle of A over B about an axis across the normal.
 
@@ -273,7 +262,6 @@ def add_moment_stiffness(w, a, b, axis, moment):
             h[i, j] += column[i] * row[j]
 
 
-@jit_inside
 def crown_over_face(sa, a, sb, b, c):
     """Return the direction of a side or an edge over a face of a box, and how far its contact moves with tilt [m/rad].
 
@@ -287,7 +275,6 @@ def crown_over_face(sa, a, sb, b, c):
     return scale(1.0 / sqrt(square), u), square / growth if abs(at) < INSIDE and flat else 0.0
 
 
-@jit_inside
 def add_generalised_force(b, force, moment, row):
     """Add J^T (p, m) to a row: a force p on a body and a moment m about its centre of mass."""
     o = b.unknown
@@ -305,3 +292,6 @@ def add_generalised_force(b, force, moment, row):
     for i in range(3):
         row[o + i] += force[i]
         row[o + 3 + i] += moment[i]
+
+
+jit_module(__name__)

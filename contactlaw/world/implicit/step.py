@@ -16,7 +16,7 @@ second to a vibration. One stage b = h, which keeps that energy as engines do, r
 
 from math import isfinite, sqrt
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import settle, spin_change, spin_rate, update_momentum
 from contactlaw.world.contacts.rolling import moment_of
@@ -92,7 +92,6 @@ def take_implicit_steps(w):
     return some
 
 
-@jit_inside
 def is_due(w, bodies):
     """Return whether an implicit step is to be tried with an island, and count down the pauses of its bodies.
 
@@ -107,7 +106,6 @@ def is_due(w, bodies):
     return now
 
 
-@jit_inside
 def take_step(w, bodies, pairs):
     """Take one implicit step with an island; return whether it was solved and accepted.
 
@@ -132,7 +130,6 @@ def take_step(w, bodies, pairs):
     return accepted
 
 
-@jit_inside
 def solve_stages(w, bodies, pairs, stage):
     """Solve one stage if `stage` [s] is the whole step, else two; return whether Newton's method converged."""
     begin_stage(w, stage, 0.0)
@@ -154,7 +151,6 @@ def solve_stages(w, bodies, pairs, stage):
     return solve(w, bodies, pairs, (stage, w.step), NEVER if w.solved > before else 0.0, slides)
 
 
-@jit_inside
 def finish_body(w, k, solved, accepted):
     """Leave body k as it is at the end of an accepted step, or restore it; set its pause if the step was not solved."""
     b = body_at(w.bodies, k)
@@ -177,7 +173,6 @@ def finish_body(w, k, solved, accepted):
         settle(b)
 
 
-@jit_inside
 def begin_step(w, bodies, pairs):
     """Save the bodies and contacts at the start of the step, fill the vectors of unknowns, and begin the rows."""
     v, a = vector_of(w, START_VELOCITY), vector_of(w, ACCELERATION)
@@ -212,7 +207,6 @@ def begin_step(w, bodies, pairs):
             save_contact(w, r.slot)
 
 
-@jit_inside
 def begin_stage(w, stage, before):
     """Set FREE_VELOCITY and DISPLACEMENT of a stage [s].
 
@@ -225,7 +219,6 @@ def begin_stage(w, stage, before):
         free[i] = begun[i] + before / stage * (velocity[i] - begun[i]) + stage * a[i]
 
 
-@jit_inside
 def guess_velocities(w, bodies, pairs, stage):
     """Set the first guess for a stage [s]: free bodies under their loads and the contact forces at the step's start."""
     velocity, a = vector_of(w, VELOCITY), vector_of(w, ACCELERATION)
@@ -247,7 +240,6 @@ def guess_velocities(w, bodies, pairs, stage):
                     store(own[3:], add(load(own[3:]), spin_change(b, axpy(-sign, moment, cross(arm, impulse)))))
 
 
-@jit_inside
 def solve(w, bodies, pairs, span, previous, slides):
     """Solve a stage for VELOCITY and place the bodies at its end; return whether Newton's method converged.
 
@@ -301,7 +293,6 @@ def solve(w, bodies, pairs, span, previous, slides):
     return False
 
 
-@jit_inside
 def residual_speed(w, bodies):
     """Return the greatest change of velocity that the residual momentum causes [m/s], that of spin [rad/s] added.
 
@@ -322,7 +313,6 @@ def residual_speed(w, bodies):
     return most if isfinite(total) else NEVER
 
 
-@jit_inside
 def place_body(w, k, stage, time):
     """Place body k where its velocity takes it by the end of the stage, `time` [s] after the start of the step."""
     b, start = body_at(w.bodies, k), saved_body(w, k)
@@ -353,7 +343,6 @@ def place_body(w, k, stage, time):
     settle(b)
 
 
-@jit_inside
 def place_tree(w, b, stage):
     """Place a tree where its velocities take it by the end of the stage; b: its first body."""
     t = tree_at(b.tree, 0)
@@ -365,7 +354,6 @@ def place_tree(w, b, stage):
     call_with_body(t.move_from_start, b)
 
 
-@jit_inside
 def add_impulses(w, pairs, time):
     """Add the impulses of contact forces that act for a time [s] to the rows."""
     for i in range(pairs):
@@ -374,7 +362,6 @@ def add_impulses(w, pairs, time):
             store(r.impulse, axpy(time, force_of(contact_at(w.contacts, r.slot)), load(r.impulse)))
 
 
-@jit_inside
 def finish_contact(w, r, accepted):
     """Leave the contact of a row as it is at the end of an accepted step, or restore it."""
     if r.slot < 0:
@@ -397,3 +384,6 @@ def finish_contact(w, r, accepted):
     if t.overlap <= 0.0 or (r.fresh != 0 and not accepted):
         c.touches -= r.fresh
         end_contact(p, c)
+
+
+jit_module(__name__)

@@ -5,7 +5,7 @@ rad some 1e-3 of its size beside that. If it is inside another body there, the n
 overlap that no motion has made. Such a body ends the step where its exact flight takes it.
 """
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.world.bodies.motion import set_axes
 from contactlaw.world.data.access import body_at, near_at
 from contactlaw.world.data.quaternion import store4
@@ -16,13 +16,11 @@ from contactlaw.world.shapes.geometry import meet_near
 FOLLOWS = 2  # value of `BODY.done`: where the engine has the body
 
 
-@jit_inside
 def may_follow(b):
     """Return whether a body is free and awake, and nothing has touched it in this step."""
     return b.tree == 0 and b.inverse_mass != 0.0 and b.touched == 0 and b.asleep == 0 and b.done == 0
 
 
-@jit_inside
 def follow(w, i, position, turn):
     """Put body i where the engine's step has taken it: position [m] of its centre of mass, quaternion of its axes."""
     save_body(w, i)
@@ -33,7 +31,6 @@ def follow(w, i, position, turn):
     b.done = FOLLOWS
 
 
-@jit_inside
 def part(w):
     """Put bodies that `follow` has put into others back to where they fly in the world, and mark them as touched."""
     found = True
@@ -48,7 +45,6 @@ def part(w):
                 put_back(w, p.body_b)
 
 
-@jit_inside
 def put_back(w, i):
     """Put body i back if it follows the engine."""
     if body_at(w.bodies, i).done == FOLLOWS:
@@ -56,7 +52,6 @@ def put_back(w, i):
         body_at(w.bodies, i).touched = 1
 
 
-@jit_inside
 def overlaps(w, first, count):
     """Return whether any of `count` bodies from a number on overlaps what it is near."""
     for k in range(w.nears):
@@ -65,3 +60,6 @@ def overlaps(w, first, count):
         if own and meet_near(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))[0] > 0.0:
             return True
     return False
+
+
+jit_module(__name__)

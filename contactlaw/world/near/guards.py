@@ -14,7 +14,7 @@ one counts the motion.
 
 from math import sqrt
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.world.bodies.bounds import spin_bound
 from contactlaw.world.bodies.motion import change_bound, greatest_closing
 from contactlaw.world.data.access import body_at, guard_at, shape_at
@@ -35,20 +35,17 @@ LOOKS = 3  # evaluations of a bound on a mean speed to find until when two cores
 NEAREST = 1.0 / 16.0  # of the time left: times of impact that are nearer are found for each pair of parts
 
 
-@jit_inside
 def has_shapes(b):
     """Return whether a body has any shapes: else it does not matter where it goes."""
     return b.size > 0.0 or b.reach > 0.0
 
 
-@jit_inside
 def surface_speed(b, time):
     """Return a bound on the speed [m/s] of any point of a body's shapes within a time [s]."""
     gained = time * (norm(load(b.acceleration)) + change_bound(b, b.reach, time))
     return norm(load(b.velocity)) + spin_bound(b, time) * b.reach + gained
 
 
-@jit_inside
 def new_guard(w, i, j, time):
     """Add a guard between whole shapes i and j, with a bound on speeds within a time [s]; return its number.
 
@@ -78,7 +75,6 @@ def new_guard(w, i, j, time):
     return k
 
 
-@jit_inside
 def drop_guard(w):
     """Remove the guard that was added last."""
     w.guard_count -= 1
@@ -87,13 +83,11 @@ def drop_guard(w):
         body_at(w.bodies, g.body_a).guard = g.next
 
 
-@jit_inside
 def lead_of(w, g):
     """Return the guard that counts the motion of a guard's bodies."""
     return guard_at(w.guards, g.lead)
 
 
-@jit_inside
 def update_moved(w, g):
     """Add A's motion in B's frame since the last update to what it has moved since near pairs were listed."""
     a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
@@ -109,7 +103,6 @@ def update_moved(w, g):
     store(g.place, place)
 
 
-@jit_inside
 def update_guard(w, g, left):
     """Update a guard's motion, and its bounds on A's speed in B's frame: now, and in the mean over a time [s] to come.
 
@@ -124,7 +117,6 @@ def update_guard(w, g, left):
     g.speed_now, g.speed = relative_speed(a, b, left)
 
 
-@jit_inside
 def time_of(a, b):
     """Return the time [s] of the step up to which two bodies have moved; one that stands still needs no moving."""
     if a.still != 0:
@@ -132,14 +124,12 @@ def time_of(a, b):
     return a.time if b.still != 0 else min(a.time, b.time)
 
 
-@jit_inside
 def path_bound(w, g, time):
     """Return a bound on how far [m] a point of A has moved against B, from the list to a time of the step [s]."""
     g = lead_of(w, g)
     return g.moved + g.lag + max(time - g.time, 0.0) * g.speed
 
 
-@jit_inside
 def parts_margin(w, g):
     """Return the gap [m] of two whole shapes up to which their parts are listed."""
     a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
@@ -147,7 +137,6 @@ def parts_margin(w, g):
     return SLACK * (a.size + b.size) + steps * w.step * lead_of(w, g).speed
 
 
-@jit_inside
 def sweep_radius(s):
     """Return a radius [m] such that a core swept by it contains the shape.
 
@@ -159,7 +148,6 @@ def sweep_radius(s):
     return sqrt(3.0) * s.radius if s.kind == BOX else s.radius
 
 
-@jit_inside
 def separate(w, g, n):
     """Return normal, low and high of `convex.separate` for a guard's whole shapes, swept by their radii.
 
@@ -170,7 +158,6 @@ def separate(w, g, n):
     return n, low - sweep_radius(sa), high + (sweep_radius(sb) if sb.kind < PLANE else 0.0)
 
 
-@jit_inside
 def meet_half_space(w, p, a, b):
     """Return `geometry.meet` of a near pair as if B filled the half space behind the separating plane.
 
@@ -192,7 +179,6 @@ def meet_half_space(w, p, a, b):
     return -(gap if sa.kind < BOX else g.low - g.high), n, arm_a, add(arm_a, between)
 
 
-@jit_inside
 def has_plane(w, p, a, b):
     """Return whether the guard of a near pair has a plane between two cores, placed where bodies a and b are now."""
     if p.guard < 0:
@@ -209,7 +195,6 @@ def has_plane(w, p, a, b):
     return True
 
 
-@jit_inside
 def cores_stay_apart(w, p, a, b, left):
     """Return whether the cores of a near pair are too far apart to meet soon, within a share of the time left [s].
 
@@ -226,7 +211,6 @@ def cores_stay_apart(w, p, a, b, left):
     return takes_known_time(w, p, g.plane_time)
 
 
-@jit_inside
 def takes_known_time(w, p, now):
     """Return whether the cores of a near pair are known to stay apart from a time of the step [s] on.
 
@@ -242,7 +226,6 @@ def takes_known_time(w, p, now):
     return True
 
 
-@jit_inside
 def time_apart(w, g, left):
     """Return a time [s] to come within which two cores stay apart: that left, or a shorter one, or zero.
 
@@ -263,7 +246,6 @@ def time_apart(w, g, left):
     return apart if apart > NEAREST * left else 0.0
 
 
-@jit_inside
 def place_plane(w, g, time):
     """Place the plane between two cores at a time of the step [s], where their bodies are.
 
@@ -286,7 +268,6 @@ def place_plane(w, g, time):
     g.plane_time, g.low, g.high = time, low, high
 
 
-@jit_inside
 def any_guard_exceeded(w, until, least):
     """Return whether parts that are not listed can meet until a time of the step [s].
 
@@ -308,7 +289,6 @@ def any_guard_exceeded(w, until, least):
     return out
 
 
-@jit_inside
 def may_exceed_limit(w, g, way):
     """Return whether A can move further than its guard's limit, if it moves by no more than `way` [m] from here.
 
@@ -323,7 +303,6 @@ def may_exceed_limit(w, g, way):
     return path > g.limit
 
 
-@jit_inside
 def new_gap(w, g):
     """Return the present gap [m] of two whole shapes of which no parts are listed; it gives their guard a new limit."""
     _, low, high = separate(w, g, ZERO)
@@ -331,7 +310,6 @@ def new_gap(w, g):
     return low - high
 
 
-@jit_inside
 def stays_open(w, p, time, more):
     """Return whether the guard of a near pair shows that the pair stays open until a time of the step [s].
 
@@ -340,7 +318,6 @@ def stays_open(w, p, time, more):
     return p.guard >= 0 and p.listed_gap > path_bound(w, guard_at(w.guards, p.guard), time) + more
 
 
-@jit_inside
 def is_open_for_sure(w, p, time, more):
     """Return `stays_open` of a near pair at the start of a step, whenever it was listed: if in doubt, it is measured.
 
@@ -354,13 +331,11 @@ def is_open_for_sure(w, p, time, more):
     return stays_open(w, p, time, more)
 
 
-@jit_inside
 def gap_left(w, p):
     """Return a lower bound on the gap [m] of a near pair with a guard, at the last update of that."""
     return p.listed_gap - lead_of(w, guard_at(w.guards, p.guard)).moved
 
 
-@jit_inside
 def raise_listed_gap(w, p, time):
     """Raise the lower bound on the gap of a pair by its gap as measured at a time of the step [s].
 
@@ -372,7 +347,6 @@ def raise_listed_gap(w, p, time):
         p.listed_gap = max(p.listed_gap, p.gap + 2.0 * lead_of(w, g).moved - path_bound(w, g, time))
 
 
-@jit_inside
 def gap_bound(w, p, a, b):
     """Return a lower bound on the gap [m] of a pair in substeps, and by how much it can have shrunk in the last.
 
@@ -387,7 +361,9 @@ def gap_bound(w, p, a, b):
     return gap_left(w, p), g.last_move
 
 
-@jit_inside
 def closing_bound(w, p, a, b):
     """Return a bound on the closing speed [m/s] of two shapes by their present motion, as their guard knows it."""
     return lead_of(w, guard_at(w.guards, p.guard)).speed_now if p.guard >= 0 else greatest_closing(a, b)
+
+
+jit_module(__name__)

@@ -11,7 +11,7 @@ from math import ceil, floor, log2, sqrt
 
 from numba import types
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.contacts.touch import begin_contact, end_contact, release
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at
@@ -33,7 +33,6 @@ MANY_BODIES = 256
 FEW = 50  # whole shapes besides ends of capsules: so many are compared with all others sooner than sorted into a grid
 
 
-@jit_inside
 def may_leave_margin(b, left, gained=0.0):
     """Return whether a body may leave its margin within a time [s]; gained: speed [m/s] that impacts may give it."""
     if not has_shapes(b):
@@ -42,7 +41,6 @@ def may_leave_margin(b, left, gained=0.0):
     return way + (0.0 if b.still != 0 else left * (surface_speed(b, left) + gained)) > b.margin
 
 
-@jit_inside
 def list_near(w):
     """List near pairs anew; contacts keep their state.
 
@@ -70,7 +68,6 @@ def list_near(w):
     w.stale = 0
 
 
-@jit_inside
 def list_parts_anew(w):
     """List the near parts anew of shapes whose guard is EXCEEDED; other near pairs stay listed.
 
@@ -97,7 +94,6 @@ def list_parts_anew(w):
         complete_list(w)
 
 
-@jit_inside
 def complete_list(w):
     """Sort near pairs, of which only shapes, guard and gap are set, and link contacts to them."""
     sort_near(w, w.cells)
@@ -111,7 +107,6 @@ def complete_list(w):
             release(w, slot)
 
 
-@jit_inside
 def list_within(w, steps, few):
     """List the shapes that are near within margins for a number of steps; few: see `list_few`."""
     smallest = set_margins(w, steps * w.step)
@@ -157,7 +152,6 @@ def list_within(w, steps, few):
                 list_around(w, i, level, smallest * 2.0**level, cells)
 
 
-@jit_inside
 def list_few(w):
     """List the shapes that are near, by comparing all with each other; ends of capsules do not meet."""
     count, first = 0, w.cells + w.shape_count  # `WORLD.grid` has room for the numbers of whole shapes there
@@ -176,7 +170,6 @@ def list_few(w):
                 list_pair(w, max(i, j), min(i, j))
 
 
-@jit_inside
 def list_bodies(w):
     """List the bodies that are in a near pair or in a tree: no other body can be struck until the next list."""
     for i in range(w.body_count):
@@ -192,7 +185,6 @@ def list_bodies(w):
             w.near_body_count += 1
 
 
-@jit_inside
 def set_margins(w, time):
     """Set the margins of all bodies for a time [s] at their speed bounds within a step, from their present positions.
 
@@ -218,7 +210,6 @@ def set_margins(w, time):
     return smallest
 
 
-@jit_inside
 def ignore_built_in(w, k):
     """Let near pair k count as ignored if it is the only one of two shapes built into each other."""
     p = near_at(w.near, k)
@@ -229,7 +220,6 @@ def ignore_built_in(w, k):
             end_contact(p, contact_at(w.contacts, p.slot))
 
 
-@jit_inside
 def link_contacts(w):
     """Link the contacts of each shape A into a list; see `pairing.slot_of`."""
     heads = w.cells + 2 * w.shape_count
@@ -244,20 +234,17 @@ def link_contacts(w):
             set_whole(w.grid, heads + c.shape_a, slot)
 
 
-@jit_inside
 def count_slots(w):
     """Update how many slots have ever been in use: released ones are used again first, so none beyond is in use."""
     w.slots = max(w.slots, w.contact_room - w.spares)
 
 
-@jit_inside
 def level_of(w, i, smallest):
     """Return the level of the grid that shape i is sorted into; the cells of level 0 are as wide as `smallest` [m]."""
     s = shape_at(w.shapes, i)
     return max(ceil(log2((bounding_radius(s) + body_at(w.bodies, s.body).margin) * 2.0 / smallest) - 1e-9), 0)
 
 
-@jit_inside
 def cell_of(w, i, width):
     """Return the indices of the cell that contains the centre of shape i; width: of cells [m]."""
     b = body_at(w.bodies, shape_at(w.shapes, i).body)
@@ -265,19 +252,16 @@ def cell_of(w, i, width):
     return floor(at[0] / width), floor(at[1] / width), floor(at[2] / width)
 
 
-@jit_inside
 def key_of(x, y, z, level):
     """Return a number of a cell that no other cell within a million cells' widths has."""
     return ((x & 0xFFFFF) << 40 | (y & 0xFFFFF) << 20 | (z & 0xFFFFF)) ^ level * 0x1357 << 44
 
 
-@jit_inside
 def hash_of(key, cells):
     """Return the place of a cell in a hash table of `cells` entries, a power of two."""
     return int((types.uint64(key) * types.uint64(0x9E3779B97F4A7C15)) >> types.uint64(32)) & (cells - 1)
 
 
-@jit_inside
 def list_around(w, i, level, width, cells):
     """List shape i with the near shapes of a level in the 27 cells around it; pairs of one level only once."""
     shapes = w.shape_count
@@ -292,7 +276,6 @@ def list_around(w, i, level, width, cells):
             j = whole_at(w.grid, cells + j)
 
 
-@jit_inside
 def sort_near(w, counts):
     """Sort near pairs of which only shapes, guard and gap are set: by counting for A, by insertion for B.
 
@@ -324,3 +307,6 @@ def sort_near(w, counts):
             i -= 1
         q = near_at(w.near, i)
         q.a, q.b, q.guard, q.listed_gap = a, b, guard, listed
+
+
+jit_module(__name__)

@@ -4,7 +4,7 @@ Corners, edges and rims lie within their core. Two cores, or a core and a plane,
 all parts of a shape lie behind its plane. So one product excludes most of the hundreds of parts of a hull.
 """
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.memory import whole_at
 from contactlaw.pair import DEEPEST
 from contactlaw.world.data.access import (
@@ -42,13 +42,11 @@ from contactlaw.world.shapes.geometry import IGNORED, centre, half_axis, is_igno
 from contactlaw.world.shapes.segments import clip
 
 
-@jit_inside
 def is_part(s):
     """Return whether a shape is a part of another one, or a further place on a height field."""
     return s.kind == CORNER or (EDGE <= s.kind <= SIDE) or s.place > 0
 
 
-@jit_inside
 def bounding_radius(s):
     """Return the radius [m] of the sphere around a shape that is not a plane."""
     if s.kind < SEGMENT:
@@ -56,7 +54,6 @@ def bounding_radius(s):
     return (s.radius if s.kind < BOX else 0.0) + norm(load(s.half))
 
 
-@jit_inside
 def meets(kind_a, kind_b):
     """Return whether shapes of two kinds can touch; kind_a <= kind_b."""
     if kind_a == SPHERE:
@@ -76,7 +73,6 @@ def meets(kind_a, kind_b):
     return kind_b == HULL and kind_a in (BOX, HULL)
 
 
-@jit_inside
 def pair_of(w, i, j):
     """Return the number of the pair of materials of shape i as A and shape j as B, or parts of them; -1: none."""
     sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
@@ -86,14 +82,12 @@ def pair_of(w, i, j):
     return whole_at(w.groups, sa.group * w.group_count + sb.group)
 
 
-@jit_inside
 def can_touch(w, i, j):
     """Return whether shape i as A can touch shape j as B."""
     a, b = shape_at(w.shapes, i).kind, shape_at(w.shapes, j).kind
     return a <= b and meets(a, b) and pair_of(w, i, j) >= 0
 
 
-@jit_inside
 def list_pair(w, i, j):
     """List two whole shapes, or their parts, if they make a pair and are near."""
     if shape_at(w.shapes, i).kind > shape_at(w.shapes, j).kind:
@@ -127,7 +121,6 @@ def list_pair(w, i, j):
         add_near(w, i, j + place, guard, gap)
 
 
-@jit_inside
 def list_cores(w, i, j, margin):
     """List two cores, or a core and a plane, if they are near and can meet."""
     k = new_guard(w, i, j, 2.0 * w.step)
@@ -144,7 +137,6 @@ def list_cores(w, i, j, margin):
         list_by_parts(w, k, n, low, high)
 
 
-@jit_inside
 def list_by_parts(w, k, n, low, high):
     """List the shapes of guard k by the parts by which they meet; n, low, high: of their `separate`.
 
@@ -170,7 +162,6 @@ def list_by_parts(w, k, n, low, high):
             add_near(w, i, j, k, low - high + counted)
 
 
-@jit_inside
 def is_built_in(w, i, j, overlap):
     """Return whether two cores count as built into each other, so that they do not touch until they have parted.
 
@@ -186,14 +177,12 @@ def is_built_in(w, i, j, overlap):
     return overlap and pair_at(w.pairs, pair_of(w, i, j)).relaxed != 0
 
 
-@jit_inside
 def is_one_mechanism(w, i, j):
     """Return whether two bodies belong to one tree, or one that is carried by the other or its carrier."""
     own = body_at(w.bodies, i).tree
     return (own != 0 and own == body_at(w.bodies, j).tree) or root_of(w, i) == root_of(w, j)
 
 
-@jit_inside
 def root_of(w, i):
     """Return the first body of the mechanism of body i: of its tree, or what carries that, unless by a free joint."""
     b = body_at(w.bodies, i)
@@ -206,7 +195,6 @@ def root_of(w, i):
     return t.first + k if free else t.hangs_on
 
 
-@jit_inside
 def slot_of(w, i, j):
     """Return the slot of the contact of shapes i as A and j as B, or -1; see `listing.link_contacts`."""
     slot = whole_at(w.grid, w.cells + 2 * w.shape_count + i)
@@ -215,7 +203,6 @@ def slot_of(w, i, j):
     return slot
 
 
-@jit_inside
 def hinge_separates(w, g):
     """Return whether two shapes can never meet, as a plane across the only hinge between their bodies separates them.
 
@@ -239,7 +226,6 @@ def hinge_separates(w, g):
     return False
 
 
-@jit_inside
 def list_parts(w, shapes, n, top, listing):
     """List the parts of the first of two shapes that are near the second.
 
@@ -270,7 +256,6 @@ def list_parts(w, shapes, n, top, listing):
         k = s.next
 
 
-@jit_inside
 def distance_bound(d, u, s):
     """Return a lower bound on the distance [m] of a point from a part s.
 
@@ -281,7 +266,6 @@ def distance_bound(d, u, s):
     return norm(d) - s.radius - (0.0 if s.kind == EDGE else norm(u))
 
 
-@jit_inside
 def add_near(w, i, j, guard, gap):
     """Add two shapes to the near list. guard: number of theirs, -1: none; gap: lower bound on theirs [m]."""
     if w.nears == w.near_room:
@@ -292,7 +276,6 @@ def add_near(w, i, j, guard, gap):
     w.nears += 1
 
 
-@jit_inside
 def complete_near(w, k):
     """Set the other fields of near pair k, whose shapes, guard and gap are known; link it to its contact, if any."""
     p = near_at(w.near, k)
@@ -312,3 +295,6 @@ def complete_near(w, k):
         p.listed_gap = NEVER if is_ignored(p) else p.listed_gap
         p.closed = 1 if c.phase == CLOSED else 0
         c.near = k
+
+
+jit_module(__name__)

@@ -11,7 +11,7 @@ arm, which turn fast and hardly close, pass by each other.
 
 from math import sqrt
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.world.bodies.motion import closing_at, is_static
 from contactlaw.world.data.access import body_at, guard_at, near_at, shape_at, tree_at, world_at
 from contactlaw.world.data.kinds import BOX
@@ -37,7 +37,6 @@ CUBIC = sqrt(3.0) / 216.0  # of h^3 f''', by which f leaves its chord over h whe
 DIP_SHARE = 0.125  # of step times change of closing speed, by which a gap may dip: as a parabola below its chord
 
 
-@jit_inside
 def find_passing(world):
     """Find which of the trees that are ASKED pass by everything; their bodies are at the end of the step.
 
@@ -85,7 +84,6 @@ def find_passing(world):
             tree_at(b.tree, 0).passes = PASSES
 
 
-@jit_inside
 def left_limit(w, g, lead, way):
     """Return whether A may have left its guard's limit within the step; way: path [m] of its points in that, at most.
 
@@ -98,7 +96,6 @@ def left_limit(w, g, lead, way):
     return g.unlisted == 0 or before <= 0.0 or before + new_gap(w, g) <= way
 
 
-@jit_inside
 def deny(w, b):
     """Let the tree of a body not pass, if it was asked; return whether that changes anything."""
     if b.tree == 0 or tree_at(b.tree, 0).passes != ASKED:
@@ -108,19 +105,16 @@ def deny(w, b):
     return True
 
 
-@jit_inside
 def may_pass(b):
     """Return whether a body belongs to a tree that may pass by everything."""
     return b.tree != 0 and tree_at(b.tree, 0).passes != DENIED
 
 
-@jit_inside
 def end_is_known(b):
     """Return whether a body needs no integration by the world: it is at rest, or its tree may pass."""
     return is_static(b) or b.asleep != 0 or may_pass(b)
 
 
-@jit_inside
 def may_have_touched(w, p, a, b):
     """Return whether a pair may have touched within the step.
 
@@ -149,7 +143,6 @@ def may_have_touched(w, p, a, b):
     return min(before, p.gap) <= w.step * dip
 
 
-@jit_inside
 def separate_at_start(w, g):
     """Set by how much [m] a plane separates two cores at the start of a step.
 
@@ -171,7 +164,6 @@ def separate_at_start(w, g):
     store(g.twist, twist)
 
 
-@jit_inside
 def stayed_separated(w, g):
     """Return whether that plane, fixed to B, has separated both shapes throughout a step of h seconds.
 
@@ -202,7 +194,6 @@ def stayed_separated(w, g):
     return min(g.separation, low - high) > h * (DIP_SHARE * change + CUBIC * turn * turn * speed)
 
 
-@jit_inside
 def speed_along(n, slide, twist, reach):
     """Return the greatest speed [m/s] along n of a body's points in a full turn about its spin `twist`.
 
@@ -214,3 +205,6 @@ def speed_along(n, slide, twist, reach):
     axis = scale(1.0 / rate, twist)
     off = norm(cross(n, axis))
     return abs(dot(n, axis) * dot(axis, slide)) + off * (norm(cross(axis, slide)) + reach * rate)
+
+
+jit_module(__name__)

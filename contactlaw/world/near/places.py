@@ -3,7 +3,7 @@
 An open pair seeks the nearest place that no closed one has, see `geometry.meet_place`: so all open ones know the same.
 """
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit
 from contactlaw.world.data.access import field_at, near_at
 from contactlaw.world.data.kinds import DISC, ELLIPSOID, HEIGHT_FIELD, SEGMENT
 from contactlaw.world.data.vec import dot, load
@@ -11,7 +11,7 @@ from contactlaw.world.shapes.core import CROWN
 from contactlaw.world.shapes.geometry import PLACES
 
 
-@jit_inside
+@jit
 def places_of(sa, sb):
     """Return in how many places shape A may touch B, more than one of a height field.
 
@@ -26,7 +26,7 @@ def places_of(sa, sb):
     return PLACES if 0.5 * field.ridge * dot(load(sa.half), load(sa.half)) > CROWN * sa.radius else 0
 
 
-@jit_inside
+@jit
 def takes_known_gap(w, p, now):
     """Return whether an earlier open pair of the same shape and field seeks the same place.
 

@@ -1,12 +1,11 @@
 """How one body moves in the frame of another: now, and at most within a time to come."""
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.world.bodies.bounds import spin_bound, turning_bound
 from contactlaw.world.bodies.motion import acceleration_at, acceleration_of, change_bound, turning_change_bound
 from contactlaw.world.data.vec import cross, dot, load, norm, sub, to_body
 
 
-@jit_inside
 def motion_against(a, b):
     """Return the velocity [m/s] of A's centre of mass in B's frame, and the spin [rad/s] of A there."""
     r, spin = sub(load(a.position), load(b.position)), load(b.spin)
@@ -14,7 +13,6 @@ def motion_against(a, b):
     return to_body(b.axes, slide), to_body(b.axes, sub(load(a.spin), spin))
 
 
-@jit_inside
 def relative_speed(a, b, left):
     """Return bounds on the speed [m/s] of the points of A in B's frame: now, and its mean over a time [s] to come."""
     if a.still != 0 and b.still != 0:
@@ -25,7 +23,6 @@ def relative_speed(a, b, left):
     return now[0] + now[1] * a.reach, slides + turns * a.reach + left / 6.0 * change
 
 
-@jit_inside
 def motion_bounds(a, b, now, left, share):
     """Return bounds on how A moves in B's frame within a time [s] to come.
 
@@ -54,13 +51,11 @@ def motion_bounds(a, b, now, left, share):
     return slides, turns, push, twist, spin, change
 
 
-@jit_inside
 def are_linked(a, b):
     """Return whether two bodies belong to one tree that is awake, so that their accelerations are those of now."""
     return a.tree != 0 and a.tree == b.tree and a.asleep == 0
 
 
-@jit_inside
 def closing_along(a, b, n, left):
     """Return bounds on the speed [m/s] of points of A against a normal n fixed to B.
 
@@ -79,3 +74,6 @@ def closing_along(a, b, n, left):
     now = a.reach * across - dot(n, slide)
     mean = min(now + 0.5 * left * growth, slides + turns * a.reach) + left / 6.0 * change
     return now, growth + change / 3.0, mean
+
+
+jit_module(__name__)

@@ -1,6 +1,6 @@
 """Times of impact of near pairs: one step of conservative advancement."""
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.world.bodies.bounds import LARGEST_TURN, time_to_close, turning_bound
 from contactlaw.world.bodies.motion import (
     acceleration_at,
@@ -25,13 +25,11 @@ from contactlaw.world.shapes.geometry import centre, meet_near
 CLEAR_HEIGHT = 0.01  # of A's radius: where A is higher over a separating plane, its gap is taken from that plane
 
 
-@jit_inside
 def speed_growth_bound(b, time):
     """Return a bound [m/s^2] on how fast rotation and joints raise the speed of a body's points, within a time [s]."""
     return turning_bound(b, time) * b.reach + change_bound(b, b.reach, time)
 
 
-@jit_inside
 def time_to_spheres(sa, a, sb, b, n, top, left):
     """Return a time [s], a lower bound, until two shapes meet however their bodies turn.
 
@@ -48,7 +46,6 @@ def time_to_spheres(sa, a, sb, b, n, top, left):
     return time_to_close(gap, dot(n, sub(load(b.velocity), load(a.velocity))), push)
 
 
-@jit_inside
 def flown_to(w, i, now, place):
     """Return body i as it flies to a time [s]; a free body in a scratch copy, number `place`, a tree itself."""
     b = body_at(w.bodies, i)
@@ -58,7 +55,6 @@ def flown_to(w, i, now, place):
     return b
 
 
-@jit_inside
 def predict(w, p, now):
     """Predict the time of impact [s] of an open pair as its bodies fly from a time of the step [s] on.
 
@@ -77,7 +73,6 @@ def predict(w, p, now):
     return a, b
 
 
-@jit_inside
 def find_gap(w, p, now):
     """Find what `predict` finds, except for the time of impact: that must not depend on who has looked at the pair."""
     toi = p.toi
@@ -85,7 +80,6 @@ def find_gap(w, p, now):
     p.toi = toi
 
 
-@jit_inside
 def find_time(w, p, a, b, now, left):
     """Find what `predict` sets; left: time to the end of the step [s].
 
@@ -145,3 +139,6 @@ def find_time(w, p, a, b, now, left):
             horizon = min(horizon, 2.0 * time_to_close(p.gap, max(p.closing + slack, 0.0), max(p.acceleration, 0.0)))
     wait = time_to_close(p.gap, p.closing + slack, p.acceleration)
     p.toi = now + min(wait, horizon) if wait < left or horizon < left else NEVER
+
+
+jit_module(__name__)

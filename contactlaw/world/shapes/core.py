@@ -6,7 +6,7 @@ core's own radius: the distance is that from a core smaller by this radius all a
 
 from math import copysign, sqrt
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.world.data.call import ask_nearest
 from contactlaw.world.data.kinds import BOX, EDGE, HULL
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, norm, scale, to_body, to_world
@@ -24,13 +24,11 @@ CONVERGED, CONVERGED_ON_HULL = (
 )  # of a half length, a step at which the iteration ends; on hulls, which cost more
 
 
-@jit_inside
 def excess(x, half):
     """Return by how much a coordinate lies outside the interval from -half to half."""
     return x - min(max(x, -half), half)
 
 
-@jit_inside
 def excess_of(p, s, less):
     """Return the vector to a point p, in a core's own frame [m], from the nearest point of the core; zero inside.
 
@@ -44,7 +42,6 @@ def excess_of(p, s, less):
     return out * p[0], out * p[1], z
 
 
-@jit_inside
 def excess_along(p, e, q, s, less):
     """Return the derivative of the excess e of a point p along q: H q, H the second derivative of distance^2/2."""
     z = q[2] if e[2] != 0.0 else 0.0
@@ -56,13 +53,11 @@ def excess_along(p, e, q, s, less):
     return out * q[0] + turned * p[0], out * q[1] + turned * p[1], z
 
 
-@jit_inside
 def local(v, s, b):
     """Return a vector of the world along a core's own axes."""
     return to_body(s.axes, to_body(b.axes, v))
 
 
-@jit_inside
 def excess_at(m, offset, less, shapes, last):
     """Return the excess over a core at m + offset, and what `change_of` and the next call need.
 
@@ -78,7 +73,6 @@ def excess_at(m, offset, less, shapes, last):
     return excess_of(x, sb, less), 0.0, x, last[3]
 
 
-@jit_inside
 def change_of(e, count, other, q, less, s):
     """Return the derivative of the excess along q; of a hull by its nearest vertex, edge or face, see `gjk.nearest`."""
     if s.kind != HULL:
@@ -88,7 +82,6 @@ def change_of(e, count, other, q, less, s):
     return q if count < 2.0 else scale(dot(e, q) / max(dot(e, e), LEAST * LEAST), e)
 
 
-@jit_inside
 def length_and_direction(e):
     """Return the length of a vector and its direction; along an axis, as over a face, without a root."""
     if e[0] == 0.0 == e[1]:
@@ -101,7 +94,6 @@ def length_and_direction(e):
     return length, scale(1.0 / length, e)
 
 
-@jit_inside
 def way_out(p, s):
     """Return minus the depth of a point within a core, and the direction out through the nearest face or the side."""
     x, y, z = p
@@ -119,7 +111,6 @@ def way_out(p, s):
     return radial - h[0], (x / radial, y / radial, 0.0)
 
 
-@jit_inside
 def nearest_on_core(d, s, b, rounding):
     """Return the distance [m] of a point from a core, and the unit vector from the core to it, world frame.
 
@@ -152,7 +143,6 @@ def lies_over_face(d, u, margin, s, b):
     return over == 2 and beyond == 1
 
 
-@jit_inside
 def set_back(s, u, at):
     """Return by how much a side or an edge is set back at a place of its half axis u [m], and its derivatives by that.
 
@@ -168,7 +158,6 @@ def set_back(s, u, at):
     return s.radius * back, s.radius * slope, s.radius * growth
 
 
-@jit_inside
 def deepest_on_line(d, u, rounding, shapes, at):
     """Find the deepest point of a capsule's side, or of a core's edge, in a core.
 
@@ -206,3 +195,6 @@ def deepest_on_line(d, u, rounding, shapes, at):
             break
         at = new
     return at, own.radius - back, found
+
+
+jit_module(__name__)

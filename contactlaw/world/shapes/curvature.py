@@ -11,7 +11,7 @@ function of ln(q/p) alone, here a fit to 5e-4 for q/p up to 1e5.
 
 from math import atan2, cos, exp, log, log1p, sin, sqrt
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.world.data.access import body_at, shape_at
 from contactlaw.world.data.kinds import BOX, CORNER, EDGE, SEGMENT
 from contactlaw.world.data.vec import add, axpy, dot, load, scale, to_body, to_world
@@ -27,7 +27,6 @@ UNCLEAR = (
 )
 
 
-@jit_inside
 def equivalent_radius(p, q):
     """Return R [m] of two relative principal curvatures p <= q [1/m]."""
     p = max(p, FLATTEST * q)
@@ -36,7 +35,6 @@ def equivalent_radius(p, q):
     return exp(x * (FIT[0] + x * (FIT[1] + x * FIT[2]))) / sqrt(p * q)
 
 
-@jit_inside
 def radius_between(one, two):
     """Return R [m] of two bodies, and the longer axis of the ellipse, a vector of length ln(q/p).
 
@@ -52,7 +50,6 @@ def radius_between(one, two):
     return equivalent_radius(p, mean + differ), scale(log((mean + differ) / p), between(x, e, y, f, differ))
 
 
-@jit_inside
 def between(x, e, y, f, differ):
     """Return the direction of least relative curvature.
 
@@ -71,7 +68,6 @@ def between(x, e, y, f, differ):
     return add(scale(near, e), scale((far if cosine >= 0.0 else -far) / sine, across))
 
 
-@jit_inside
 def principal(tt, tu, uu, t, u):
     """Return the curvatures of a body, see `radius_between`, of which those along two unit vectors t, u are given."""
     mean, differ = 0.5 * (tt + uu), sqrt(0.25 * (tt - uu) ** 2 + tu * tu)
@@ -79,7 +75,6 @@ def principal(tt, tu, uu, t, u):
     return mean - differ, mean + differ, add(scale(-sin(angle), t), scale(cos(angle), u))
 
 
-@jit_inside
 def rim(s, b):
     """Return `radius_between` of a cylinder's rim and a flat shape; the vector is along the cylinder's axis instead.
 
@@ -89,14 +84,12 @@ def rim(s, b):
     return equivalent_radius(p, q), scale(log(q / p), to_world(b.axes, load(s.normal)))
 
 
-@jit_inside
 def feature(radius, count, edge):
     """Return the curvatures, see `radius_between`, of a swept core at a vertex, an edge or a face: count = 1, 2, 3."""
     k = 1.0 / radius if radius > 0.0 and count < 3 else 0.0
     return (0.0, k, scale(1.0 / sqrt(dot(edge, edge)), edge)) if count == 2 else (k, k, edge)
 
 
-@jit_inside
 def side_at(s, u, place, crown):
     """Return the curvatures, see `radius_between`, of a sphere, or of a capsule at a place along its half axis u."""
     k, square = 1.0 / s.radius, dot(u, u)
@@ -105,7 +98,6 @@ def side_at(s, u, place, crown):
     return 2.0 * crown * s.radius / square, k, scale(1.0 / sqrt(square), u)
 
 
-@jit_inside
 def radius_is_clear(w, c):
     """Return whether two shapes touch where both have one radius: not a box's edge, nor a box with a capsule's side.
 
@@ -122,3 +114,6 @@ def radius_is_clear(w, c):
     for i in range(3):
         clear = clear or abs(n[0] * sb.axes[i] + n[1] * sb.axes[3 + i] + n[2] * sb.axes[6 + i]) > ALIGNED
     return clear
+
+
+jit_module(__name__)

@@ -15,7 +15,7 @@ is the disc swept along the axis too, crowned by C (1 + s^2 + y^2/c^2), s from -
 
 from math import sqrt
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.world.data.kinds import EDGE, HULL, PLANE, SEGMENT
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub, to_world
 from contactlaw.world.shapes.core import CROWN, LEAST, NOWHERE, change_of, deepest_on_line, excess_at, excess_of, local
@@ -28,7 +28,6 @@ ROOT_ITERATIONS = 50  # iterations for the place along the axis at most
 ROOT_CONVERGED = 1e-12  # of half the length, a step at which they end
 
 
-@jit_inside
 def dimensions(s):
     """Return a disc's radius [m], a unit vector across its axis, in its body, and half its length along it [m]."""
     along = dot(load(s.half), load(s.normal))
@@ -37,7 +36,6 @@ def dimensions(s):
     return radius, scale(1.0 / radius, across), along
 
 
-@jit_inside
 def within_circle(h, b, radius):
     """Minimise y.H y/2 + b.y over |y| <= radius: (H + t) y = -b, with t >= 0 by Newton's method on 1/|y|."""
     t = 0.0
@@ -56,7 +54,6 @@ def within_circle(h, b, radius):
     return share * x, share * y
 
 
-@jit_inside
 def slope_at(m, e1, e2, crown, y, shapes):
     """Return `excess_at` at m + y, the slope there of distance^2/2 with the crown, and the crown's factor."""
     found = excess_at(m, axpy(y[1], e2, scale(y[0], e1)), shapes[2].radius, shapes, NOWHERE)
@@ -65,7 +62,6 @@ def slope_at(m, e1, e2, crown, y, shapes):
     return found, (dot(e, e1) + k * y[0], dot(e, e2) + k * y[1]), k
 
 
-@jit_inside
 def nearest_in_disc(m, e1, e2, radius, crown, shapes):
     """Return the point y of a disc round m, along e1 and e2, with the least distance + crown y^2/2 from a core.
 
@@ -96,7 +92,6 @@ def nearest_in_disc(m, e1, e2, radius, crown, shapes):
     return y
 
 
-@jit_inside
 def lowest_over_plane(s, b, n):
     """Return the vector from a disc's middle to its deepest point below a plane of normal n [m], and the radius."""
     radius, _, _ = dimensions(s)
@@ -136,7 +131,6 @@ def deepest(sa, a, sb, b, d):
     return offset, r * (1.0 - CROWN * (1.0 + s * s + square))
 
 
-@jit_inside
 def along_axis(m, e1, e2, made, shapes):
     """Return the place -1..1 along the axis of the deepest point of a cylinder's side, and its place across the axis.
 
@@ -167,7 +161,6 @@ def along_axis(m, e1, e2, made, shapes):
     return at, y
 
 
-@jit_inside
 def slope_along(m, e1, e2, made, at, shapes):
     """Return the deepest point of the disc at a place of the axis, and the slope along the axis there."""
     along, crown, radius = made
@@ -190,3 +183,6 @@ def radius(sa, a, sb, b):
     around = (sb.half[0] if e[2] == 0.0 else rounding) if out else 0.0
     edge = axis if e[2] == 0.0 else to_world(b.axes, to_world(sb.axes, (-e[1], e[0], 0.0)))
     return radius_between(side_at(sa, u, at, crown), feature(around, 2 if out and around > 0.0 else 3, edge))
+
+
+jit_module(__name__)

@@ -15,7 +15,7 @@ Optim. 13, 298-321): the gap is then smaller at each iteration, so that no featu
 
 from math import copysign, sqrt
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.world.data.kinds import BOX, CYLINDER, ELLIPSOID, PLANE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub, tangent, to_body, to_world
@@ -32,28 +32,24 @@ CONVERGED = 1e-9  # [rad] difference of normals that count as equal
 INSIDE = SUNK  # radius of the inscribed ball, of the least radius; deeper, `meeting.meet_contact` holds the normal
 
 
-@jit_inside
 def swell(s, b, n):
     """Return Q n, world frame."""
     m, h = to_body(s.axes, to_body(b.axes, n)), s.half
     return to_world(b.axes, to_world(s.axes, (m[0] * h[0] * h[0], m[1] * h[1] * h[1], m[2] * h[2] * h[2])))
 
 
-@jit_inside
 def shrink(s, b, n):
     """Return Q^-1 n, world frame."""
     m, h = to_body(s.axes, to_body(b.axes, n)), s.half
     return to_world(b.axes, to_world(s.axes, (m[0] / (h[0] * h[0]), m[1] / (h[1] * h[1]), m[2] / (h[2] * h[2]))))
 
 
-@jit_inside
 def facing(s, b, n):
     """Return the point of an ellipsoid furthest along n, from its body's centre of mass [m]."""
     q = swell(s, b, n)
     return axpy(1.0 / sqrt(dot(n, q)), q, centre(s, b))
 
 
-@jit_inside
 def bend(s, b, n, t, u):
     """Return the derivative along u of the point furthest along n as n turns along t [m/rad]; t, u: across n."""
     q = swell(s, b, n)
@@ -61,7 +57,6 @@ def bend(s, b, n, t, u):
     return dot(t, swell(s, b, u)) / h - dot(t, q) * dot(u, q) / (h * h * h)
 
 
-@jit_inside
 def on_rim(s, b, n, up):
     """Return the point of a cylinder's rim furthest along n, from its body's centre of mass [m], and how it moves.
 
@@ -74,7 +69,6 @@ def on_rim(s, b, n, up):
     return add(centre(s, b), to_world(b.axes, to_world(s.axes, (r * m[0], r * m[1], z)))), r, along
 
 
-@jit_inside
 def climb(sa, a, sb, b, y, edge, n):
     """Find the normal from B to an ellipsoid A by Newton's method. Returns it, the gap [m] and the point of B.
 
@@ -125,7 +119,6 @@ def climb(sa, a, sb, b, y, edge, n):
     return n, dot(sub(add(d, facing(sa, a, scale(-1.0, n))), y), n), y
 
 
-@jit_inside
 def feature_at(sa, a, sb, b, shift):
     """Return `gjk.nearest` of a point and a core, and the radius [m] that sweeps the nearest feature.
 
@@ -145,7 +138,6 @@ def feature_at(sa, a, sb, b, shift):
     return v, sub(d, v), 2 if out > 0.0 else 3, to_world(b.axes, to_world(sb.axes, edge)), around
 
 
-@jit_inside
 def plane_gap(sa, a, sb, b, n):
     """Return the distance [m] of the planes across n that touch an ellipsoid and a core; the gap is its maximum."""
     facing_a = add(sub(load(a.position), load(b.position)), facing(sa, a, scale(-1.0, n)))
@@ -155,7 +147,6 @@ def plane_gap(sa, a, sb, b, n):
     return dot(sub(facing_a, y), n)
 
 
-@jit_inside
 def face_over(s, b, d, i):
     """Return the normal of a box's face, or a cylinder's end or side (i), on the side of a point d from its middle."""
     p = local(d, s, b)
@@ -166,7 +157,6 @@ def face_over(s, b, d, i):
     return scale(1.0 / max(norm(n), 1e-300), n)
 
 
-@jit_inside
 def leave(s, b, inside, m):
     """Return minus the normal where the line along -m from a point inside an ellipsoid, from its middle, exits."""
     to, at = shrink(s, b, m), shrink(s, b, inside)
@@ -175,7 +165,6 @@ def leave(s, b, inside, m):
     return scale(-1.0 / norm(n), n)
 
 
-@jit_inside
 def nearest_to_ellipsoid(sa, a, sb, b):
     """Find the nearest points of an ellipsoid A and B, anything but a plane.
 
@@ -248,7 +237,6 @@ def meet(sa, a, sb, b, _along):
     return overlap, n, arm_a, arm_b
 
 
-@jit_inside
 def curved(s, b, n):
     """Return the curvatures, see `radius_between`, of an ellipsoid where its normal is n: those of Q^-1 times h."""
     t = tangent(n)
@@ -276,3 +264,6 @@ def separate(sa, a, sb, b, n):
     lowest = facing(sa, a, scale(-1.0, n))
     low = dot(n, add(sub(load(a.position), load(b.position)), lowest))
     return n, low, low - plane_gap(sa, a, sb, b, n), lowest
+
+
+jit_module(__name__)

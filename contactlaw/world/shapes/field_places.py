@@ -11,7 +11,7 @@ on a core (`core.set_back`) it is set back, so that ends and corners carry where
 
 from math import ceil, floor
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.world.data.access import field_at
 from contactlaw.world.data.kinds import SIDE
 from contactlaw.world.data.records import NEVER
@@ -43,7 +43,6 @@ WITHIN = 1.5  # of a ball's radius, or the least distance found so far, up to wh
 WIDE = 0.2  # [rad] by which the normal of a followed contact may turn at once
 
 
-@jit_inside
 def is_new(at, n, others):
     """Return whether a place along a line and its normal are those of none of others: how many, places, normals."""
     held, places, normals = others
@@ -53,7 +52,6 @@ def is_new(at, n, others):
     return out
 
 
-@jit_inside
 def is_nearest(s, c, x, y, far):
     """Return whether a point c, at a height [m] over the tangent plane at x, y, is straight above x, y.
 
@@ -63,7 +61,6 @@ def is_nearest(s, c, x, y, far):
     return far >= (1.0 - STRAIGHT) * norm((c[0] - x, c[1] - y, c[2] - h))
 
 
-@jit_inside
 def net(x, radius, half, count):
     """Return first coordinate, width [m] and number of places around x among which minima are sought.
 
@@ -76,7 +73,6 @@ def net(x, radius, half, count):
     return first, width, int((x + radius - first) / width) + 2
 
 
-@jit_inside
 def minimum_within(s, c, x, y, near):
     """Return whether a step of Newton's method from x, y leads near a minimum of the distance, not above a given one.
 
@@ -95,7 +91,6 @@ def minimum_within(s, c, x, y, near):
     return square - (g[0] * step[0] + g[1] * step[1]) / determinant <= most * most
 
 
-@jit_inside
 def other_foot(s, c, radius, others):
     """Return the foot x, y of a ball in a given place, and whether there is one; others: see `meet_beside`."""
     held, _, normals = others
@@ -124,7 +119,6 @@ def other_foot(s, c, radius, others):
     return x, y, found
 
 
-@jit_inside
 def line_of(s, b):
     """Return the half axis of a side or an edge, world frame, and its radius [m]."""
     if s.kind != SIDE:
@@ -133,7 +127,6 @@ def line_of(s, b):
     return to_world(b.axes, scale(along, load(s.normal))), out + s.radius * (1.0 - 2.0 * CROWN)
 
 
-@jit_inside
 def growth(s, x, y, far, n, u):
     """Return the second derivative of the distance along u, of a point at a distance `far` [m] from its foot x, y."""
     _, slopes, bends = surface(s, x, y)
@@ -143,13 +136,11 @@ def growth(s, x, y, far, n, u):
     return grows / (1.0 + far * (tt + ff) + far * far * det)
 
 
-@jit_inside
 def place_of(arm, from_a, axis):
     """Return the place along a half axis of the point at an arm from A's centre of mass [m]; 0 of a ball."""
     return clip(dot(sub(arm, from_a), axis) / max(dot(axis, axis), 1e-300))
 
 
-@jit_inside
 def lowest_on_line(s, sa, line, at, wide, foot):
     """Find a minimum of D + c along a line near a place: Newton's method, guarded by bisection.
 
@@ -178,7 +169,6 @@ def lowest_on_line(s, sa, line, at, wide, foot):
     return at, far, n, abs(at) == 1.0 or abs(at - first) < 0.99 * wide
 
 
-@jit_inside
 def other_place(s, sa, line, radius, others):
     """Return the place of a line on the field, D, the normal, and whether there is one; others: see `meet_beside`."""
     (c, u), (held, places, normals) = line, others
@@ -204,3 +194,6 @@ def other_place(s, sa, line, radius, others):
                 best, place, far, n, found = less, at, d, m, True
         last, before = value, last
     return place, far, n, found
+
+
+jit_module(__name__)

@@ -9,7 +9,7 @@ from math import sqrt
 
 import numpy as np
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.memory import doubles_at
 from contactlaw.world.data.access import field_at
 from contactlaw.world.data.records import FIELD, Array
@@ -66,7 +66,6 @@ def sharpest(padded: Array, spacing: Array) -> list[float]:
     return out
 
 
-@jit_inside
 def weights(t):
     """Return Keys' weights of four neighbours at a share t between the middle two, and their first two derivatives."""
     value = ((1.0 - 0.5 * t) * t - 0.5) * t, (1.5 * t - 2.5) * t * t + 1.0, ((2.0 - 1.5 * t) * t + 0.5) * t
@@ -75,7 +74,6 @@ def weights(t):
     return (value[0], value[1], value[2], 0.5 * (t - 1.0) * t * t), slope, bend
 
 
-@jit_inside
 def cell(x, half, count):
     """Return the index of the grid point before a coordinate, the share of the cell past it, grid points a metre."""
     density = 0.5 * (count - 1) / half
@@ -84,7 +82,6 @@ def cell(x, half, count):
     return i, u - i, density
 
 
-@jit_inside
 def surface(s, x, y):
     """Return the height [m] in the field's frame, slopes along x and y, and second derivatives xx, xy, yy [1/m]."""
     points, columns = doubles_at(s.points), field_at(s.points, 0).columns
@@ -107,13 +104,11 @@ def surface(s, x, y):
     return h, slopes, (h_xx * density_x * density_x, h_xy * density_x * density_y, h_yy * density_y * density_y)
 
 
-@jit_inside
 def normal(slopes):
     """Return the upward unit normal of the surface."""
     return scale(1.0 / sqrt(1.0 + slopes[0] * slopes[0] + slopes[1] * slopes[1]), (-slopes[0], -slopes[1], 1.0))
 
 
-@jit_inside
 def curvatures(slopes, bends, n):
     """Return the curvatures [1/m] of a surface, positive on ridges, as `curvature.principal` takes them."""
     t, share = tangent(n), -1.0 / sqrt(1.0 + slopes[0] * slopes[0] + slopes[1] * slopes[1])
@@ -124,13 +119,11 @@ def curvatures(slopes, bends, n):
     return tt, t[0] * (xx * f[0] + xy * f[1]) + t[1] * (xy * f[0] + yy * f[1]), ff, t, f
 
 
-@jit_inside
 def within(x, half):
     """Return a coordinate clamped to the border."""
     return min(max(x, -half), half)
 
 
-@jit_inside
 def start(s, c):
     """Return x, y to start Newton's method from: straight below the point c, or the nearest grid point if nearer.
 
@@ -155,14 +148,12 @@ def start(s, c):
     return x, y
 
 
-@jit_inside
 def nearest(s, c):
     """Return the coordinates x, y of the point of the surface nearest to a point c, all in the field's frame [m]."""
     x, y = start(s, c)
     return descend(s, c, x, y)
 
 
-@jit_inside
 def descend(s, c, x, y):
     """Return the coordinates x, y of a local minimum of the distance from a point c, found from given ones.
 
@@ -199,7 +190,6 @@ def descend(s, c, x, y):
     return x, y
 
 
-@jit_inside
 def distance(s, c, x, y):
     """Return the signed distance [m] of a point c from its foot x, y, and the normal there, in the field's frame.
 
@@ -212,3 +202,6 @@ def distance(s, c, x, y):
         return far, scale(1.0 / far, away)
     n = normal(slopes)
     return dot(away, n), n
+
+
+jit_module(__name__)

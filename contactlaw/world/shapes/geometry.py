@@ -2,7 +2,7 @@
 
 from numba import types
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.world.data.access import contact_at, near_at, shape_at, swept_at
 from contactlaw.world.data.call import ask_beside, ask_deepest, ask_meeting, ask_over_face, ask_radius
 from contactlaw.world.data.kinds import (
@@ -29,7 +29,6 @@ FOLLOW = -1  # of `height_field.meet_beside`, instead of a number of places
 LOST = 1e-9  # of the radius, the gap of a contact whose place has vanished
 
 
-@jit_inside
 def centre(s, b):
     """Return a shape's centre, or a plane's point, from its body's centre of mass [m], world frame."""
     if b.oriented == 0:
@@ -37,13 +36,11 @@ def centre(s, b):
     return to_world(b.axes, load(s.at))
 
 
-@jit_inside
 def swept_of(sa, sb):
     """Return the addresses of functions of two shapes of which one is swept."""
     return swept_at(sb.swept if sb.swept != 0 else sa.swept, 0)
 
 
-@jit_inside
 def meet(sa, a, sb, b, along=0.0):
     """Return overlap [m], normal from B to A, and the arms of the point of contact from both centres of mass [m].
 
@@ -71,7 +68,6 @@ def meet(sa, a, sb, b, along=0.0):
     return radius - dot(d, n), n, arm, add(arm, sub(load(a.position), load(b.position)))
 
 
-@jit_inside
 def meet_near(w, p, a, b):
     """Return `meet` of a near pair whose bodies are given, less the overlap that counts as none."""
     sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
@@ -79,7 +75,6 @@ def meet_near(w, p, a, b):
     return overlap - p.initial_overlap, n, arm_a, arm_b
 
 
-@jit_inside
 def meet_place(w, p, a, b):
     """Return `meet` of a shape that may touch a height field in several places.
 
@@ -96,7 +91,6 @@ def meet_place(w, p, a, b):
     return ask_beside(sb.beside, sa, a, sb, b, held, (one[0], two[0], three[0]), (one[1], two[1], three[1]))
 
 
-@jit_inside
 def max_overlap(sa, sb):
     """Return the overlap [m] beyond which a pair has no unique normal and no depth that changes continuously.
 
@@ -112,27 +106,23 @@ def max_overlap(sa, sb):
     return overlap_of_cores(sa, sb)
 
 
-@jit_inside
 def overlap_of_cores(sa, sb):
     """Return the overlap [m] at which the swept cores touch, or the inscribed balls of least radius of ellipsoids."""
     core = sb.kind == BOX or sb.kind == CYLINDER
     return least_radius(sa) + (0.0 if core and sa.kind == SEGMENT else least_radius(sb))
 
 
-@jit_inside
 def least_radius(s):
     """Return the least radius of curvature [m] of a round shape or an ellipsoid, or the radius that sweeps a core."""
     h = s.half
     return min(h[0], h[1], h[2]) ** 2 / max(h[0], h[1], h[2]) if s.kind == ELLIPSOID else s.radius
 
 
-@jit_inside
 def is_ignored(p):
     """Return whether a pair is ignored until its shapes part: all its overlap counts as none."""
     return p.initial_overlap >= IGNORED
 
 
-@jit_inside
 def set_initial_overlap(w, p, overlap):
     """Let `overlap` [m] of a pair count as none, or all overlap if it is too deep for a contact; returns the result."""
     most = max_overlap(shape_at(w.shapes, p.a), shape_at(w.shapes, p.b))
@@ -140,7 +130,6 @@ def set_initial_overlap(w, p, overlap):
     return p.initial_overlap
 
 
-@jit_inside
 def round_on_round(radius_a, from_a, radius_b, from_b, d):
     """Return `meet` of two spheres; d: from the centre of B to that of A."""
     distance = norm(d)
@@ -150,7 +139,6 @@ def round_on_round(radius_a, from_a, radius_b, from_b, d):
     return both - distance, n, axpy(-share * radius_a, n, from_a), axpy(share * radius_b, n, from_b)
 
 
-@jit_inside
 def half_axis(s, b):
     """Return a segment's half axis, or the vector from a disc's middle to its rim, world frame [m]; else zero."""
     if s.kind < SEGMENT:
@@ -158,7 +146,6 @@ def half_axis(s, b):
     return to_world(b.axes, load(s.half))
 
 
-@jit_inside
 def lies_over_face(sa, a, sb, b, margin):
     """Return whether shape A is an edge that lies over one face of a box B, see `core.lies_over_face`."""
     if sa.kind != EDGE or sb.kind != BOX:
@@ -167,7 +154,6 @@ def lies_over_face(sa, a, sb, b, margin):
     return ask_over_face(swept_of(sa, sb).over_face, d, half_axis(sa, a), margin, sb, b)
 
 
-@jit_inside
 def effective_radius(sa, a, sb, b):
     """Return R [m] where two shapes are nearest, and the longer axis of the contact ellipse, see `curvature`.
 
@@ -181,3 +167,6 @@ def effective_radius(sa, a, sb, b):
     if where != 0:
         return ask_radius(where, sa, a, sb, b)
     return sa.radius if sb.kind >= BOX else sa.radius * sb.radius / (sa.radius + sb.radius), (0.0, 0.0, 0.0)
+
+
+jit_module(__name__)

@@ -6,7 +6,7 @@ until the vertex furthest towards the origin is already in the simplex: the resu
 
 from math import atan2, copysign, cos, floor, pi, sin
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.memory import doubles_at
 from contactlaw.world.data.kinds import BOX, CYLINDER, DISC, EDGE, HULL, SEGMENT, SIDE
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body, to_world
@@ -18,7 +18,6 @@ CELLS = 4  # along each side of each face of the cube of directions
 STAVE = pi / 16.0  # [rad] a side of the prism that stands for a cylinder: on smooth shapes GJK does not end exactly
 
 
-@jit_inside
 def cell_of(d):
     """Return the number of the cell through which a direction leaves a cube around the origin."""
     x, y, z = abs(d[0]), abs(d[1]), abs(d[2])
@@ -31,14 +30,12 @@ def cell_of(d):
     return (face * CELLS + cell_along(u / most)) * CELLS + cell_along(v / most)
 
 
-@jit_inside
 def cell_along(x):
     """Return the cell of a coordinate from -1 to 1; the first one for NaN."""
     cell = 0.5 * CELLS * (x + 1.0)
     return min(int(cell), CELLS - 1) if cell >= 0.0 else 0
 
 
-@jit_inside
 def support(s, b, d):
     """Return the point of a core furthest along d, from its body's centre of mass [m], world frame."""
     at = load(s.at)
@@ -73,7 +70,6 @@ def support(s, b, d):
     return to_world(b.axes, at) if b.oriented != 0 else ZERO
 
 
-@jit_inside
 def on_triangle(p, q, r):
     """Return the barycentric coordinates of a triangle's point nearest to the origin (Ericson 2005, section 5.1.5)."""
     e, f = sub(q, p), sub(r, p)
@@ -97,13 +93,11 @@ def on_triangle(p, q, r):
     return a / (a + b + c), b / (a + b + c), c / (a + b + c)
 
 
-@jit_inside
 def mean(k, p, q, r):
     """Return the sum of three vectors weighted by k."""
     return axpy(k[0], p, axpy(k[1], q, scale(k[2], r)))
 
 
-@jit_inside
 def on_line(p, q):
     """Return the barycentric coordinates of a segment's point nearest to the origin."""
     e = sub(q, p)
@@ -111,7 +105,6 @@ def on_line(p, q):
     return 1.0 - t, t, 0.0
 
 
-@jit_inside
 def kept(p, q, r, x, y, z, k):
     """Return a simplex without vertices of zero weight, with their points on B; its weights, and how many are left."""
     if k[0] == 0.0:
@@ -123,7 +116,6 @@ def kept(p, q, r, x, y, z, k):
     return p, q, r, x, y, z, k, 3 if k[2] > 0.0 else (2 if k[1] > 0.0 else 1)
 
 
-@jit_inside
 def on_tetrahedron(p, q, r, new):
     """Find the triangle with vertex `new` nearest to the origin; returns which of p, q, r it lacks, and coordinates."""
     best, lacks, found = 1e300, 0, (0.0, 0.0, 1.0)
@@ -136,7 +128,6 @@ def on_tetrahedron(p, q, r, new):
     return lacks, found
 
 
-@jit_inside
 def nearest(sa, a, sb, b, shift):
     """Find the nearest points of two cores.
 
@@ -147,7 +138,6 @@ def nearest(sa, a, sb, b, shift):
     return seek(sa, a, sb, b, shift, (0, (ZERO, ZERO, ZERO)))[:4]
 
 
-@jit_inside
 def seek(sa, a, sb, b, shift, last):
     """Return the same, and the vertices on B; last: number and vertices found nearby, where A was a point; 0: none."""
     d = add(sub(load(a.position), load(b.position)), shift)
@@ -195,3 +185,6 @@ def seek(sa, a, sb, b, shift, last):
     if dot(v, new) <= 0.0:
         v = ZERO
     return v, mean(k, x, y, z), count, sub(x, y), (x, y, z)
+
+
+jit_module(__name__)

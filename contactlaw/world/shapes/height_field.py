@@ -11,7 +11,7 @@ of them is used, see `places.places_of`.
 
 from math import sqrt
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit
 from contactlaw.world.data.access import field_at
 from contactlaw.world.data.call import ask_beside, ask_meeting
 from contactlaw.world.data.kinds import DISC, ELLIPSOID, SEGMENT
@@ -30,7 +30,7 @@ NO_PLACES = ZERO, ZERO, ZERO
 UNSEEN = 0.05  # of the radius, by which bodies may move before they are searched anew for a place that there was not
 
 
-@jit_inside
+@jit
 def size(s):
     """Return the radius [m] of the sphere around a shape."""
     if s.kind == ELLIPSOID:
@@ -38,7 +38,7 @@ def size(s):
     return s.radius + (norm(load(s.half)) if s.kind >= SEGMENT else 0.0)
 
 
-@jit_inside
+@jit
 def lowest(s, b, n):
     """Return the centre, from the shape's, and radius [m] of a shape's ball deepest below a plane of normal n."""
     if s.kind == DISC:
@@ -46,7 +46,7 @@ def lowest(s, b, n):
     return sub(facing(s, b, scale(-1.0, n)), centre(s, b)), 0.0
 
 
-@jit_inside
+@jit
 def offset(x, y, c, pair):
     """Return the offset [m] along x and y from the point x, y of the field to a shape's deepest point over its plane.
 
@@ -61,7 +61,7 @@ def offset(x, y, c, pair):
     return (p[0] - x + d * slopes[0], p[1] - y + d * slopes[1]), way, radius, p
 
 
-@jit_inside
+@jit
 def touching_ball(c, pair):
     """Return the ball by which a rim or an ellipsoid touches the field, as `offset` does.
 

@@ -10,19 +10,19 @@ which is strictly convex: its minimum over the square of s and t has a closed fo
 envelope theorem the force along the line of both points is the gradient of the overlap.
 """
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit
 from contactlaw.world.data.vec import dot
 
 CAPSULE_CROWN = 1e-3  # of the radius, by which a side is lower at its ends
 
 
-@jit_inside
+@jit
 def clip(s):
     """Return the number from -1 to 1 nearest to s."""
     return min(max(s, -1.0), 1.0)
 
 
-@jit_inside
+@jit
 def nearest_on_segments(d, u, radius_a, v, radius_b):
     """Return the places s and t along the half axes u of A and v of B; d: from the middle of B to that of A [m]."""
     both = 2.0 * CAPSULE_CROWN * (radius_a + radius_b)

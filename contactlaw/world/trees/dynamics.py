@@ -18,7 +18,7 @@ symmetric and laid out likewise: other coupling of joints in two branches, as by
 
 from math import sqrt
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.world.data.access import axis_at, body_at, link_at
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, scale, store, sub
 from contactlaw.world.trees.kinematics import vector
@@ -72,7 +72,6 @@ def accelerate(t):
     spread_acceleration(t)
 
 
-@jit_inside
 def set_forces(t, d, a):
     """a <- f - D (v - v_f), and the forces of active limits."""
     f, now, v_f = vector(t.f, t.v_size), vector(t.v, t.v_size), vector(t.v_f, t.v_size)
@@ -90,7 +89,6 @@ def set_forces(t, d, a):
             j = axis_at(t.axes, j).parent
 
 
-@jit_inside
 def limit_force(axis, q, v):
     """Return the force of a soft limit along `side`, of an axis at a coordinate and velocity; only positive ones act.
 
@@ -100,7 +98,6 @@ def limit_force(axis, q, v):
     return axis.hold - axis.stiffness * r - axis.resistance * axis.side * v if r < 0.0 else 0.0
 
 
-@jit_inside
 def limit_impulse(t, k, change):
     """Return the change of a soft limit's impulse over a substep when contacts change the velocity of its axis."""
     axis = axis_at(t.axes, k)
@@ -111,7 +108,6 @@ def limit_impulse(t, k, change):
     return axis.side * (max(push - axis.weight * axis.side * change, 0.0) - max(push, 0.0))
 
 
-@jit_inside
 def start_link(t, i):
     """Begin a link: its bias acceleration, the force and moment for that, and its inertia about the tree's origin.
 
@@ -153,7 +149,6 @@ def start_link(t, i):
     out[5] = tensor[5] - offset[1] * c[2]
 
 
-@jit_inside
 def inertia(b, link):
     """Return the inertia of a body about its centre of mass, along the world's axes: xx yy zz xy xz yz."""
     m, i = b.axes, link.inertia
@@ -164,13 +159,11 @@ def inertia(b, link):
     return dot(x, (m[0], m[1], m[2])), dot(y, own_y), zz, dot(x, own_y), dot(x, own_z), dot(y, own_z)
 
 
-@jit_inside
 def load6(a):
     """Return six numbers of an array."""
     return a[0], a[1], a[2], a[3], a[4], a[5]
 
 
-@jit_inside
 def times(i, w):
     """Return the product of a symmetric matrix xx yy zz xy xz yz and a vector."""
     return (
@@ -180,7 +173,6 @@ def times(i, w):
     )
 
 
-@jit_inside
 def factorise(t, m):
     """Replace M by L below its diagonal, and set the inverse pivots."""
     for k in range(t.v_size - 1, -1, -1):
@@ -197,7 +189,6 @@ def factorise(t, m):
             i = axis_at(t.axes, i).parent
 
 
-@jit_inside
 def solve_lt(t, m, x, k, every):
     """x <- L^-T x. every: for all axes from k down, else only for k and those that carry it."""
     while k >= 0:
@@ -211,7 +202,6 @@ def solve_lt(t, m, x, k, every):
         k = k - 1 if every else axis.parent
 
 
-@jit_inside
 def solve_ld(t, m, x):
     """x <- L^-1 D^-1 x."""
     for k in range(t.v_size):
@@ -224,7 +214,6 @@ def solve_ld(t, m, x):
         x[k] = own
 
 
-@jit_inside
 def decay(t):
     """Return a bound on the rate [1/s] at which damping slows velocities: on the greatest eigenvalue of M^-1 D.
 
@@ -259,7 +248,6 @@ def decay(t):
     return most * rows * out
 
 
-@jit_inside
 def answer_along(t, last):
     """x <- L^-T of a unit impulse along an axis, for the axes that carry it."""
     x, k = vector(t.x, t.v_size), last
@@ -270,7 +258,6 @@ def answer_along(t, last):
     solve_lt(t, vector(t.factor, (t.v_size, t.v_size)), x, last, False)
 
 
-@jit_inside
 def mobility_along(t, last):
     """Return a diagonal entry of M^-1: the change of an axis's velocity by a unit impulse along it."""
     answer_along(t, last)
@@ -282,7 +269,6 @@ def mobility_along(t, last):
     return out
 
 
-@jit_inside
 def response_of(t, i, a):
     """Return angular and linear acceleration of a link by a, at the origin; sets them for the links it carries."""
     link = link_at(t.links, i)
@@ -299,7 +285,6 @@ def response_of(t, i, a):
     return turning, gain
 
 
-@jit_inside
 def spread_acceleration(t):
     """Set the accelerations of all bodies from a."""
     a, origin = vector(t.a, t.v_size), load(t.origin)
@@ -313,7 +298,6 @@ def spread_acceleration(t):
         store(b.acceleration, add(gain, add(cross(turning, c), cross(load(b.spin), load(b.velocity)))))
 
 
-@jit_inside
 def add_impulse(t, b, impulse, moment, x, left):
     """x <- left x + J^T (p, m), of an impulse [N s] on a body's centre of mass and an angular impulse [N m s].
 
@@ -333,9 +317,11 @@ def add_impulse(t, b, impulse, moment, x, left):
     return last
 
 
-@jit_inside
 def project(t, b, impulse, moment, x):
     """x <- L^-T J^T (p, m), see `add_impulse`; returns the last axis that carries the body."""
     last = add_impulse(t, b, impulse, moment, x, 0.0)
     solve_lt(t, vector(t.factor, (t.v_size, t.v_size)), x, last, False)
     return last
+
+
+jit_module(__name__)

@@ -1,6 +1,6 @@
 """A tree of bodies in an implicit step: its mass matrix, its Jacobians, and the pose that its velocities lead to."""
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit
 from contactlaw.world.data.access import axis_at, tree_at
 from contactlaw.world.data.records import PLACED
 from contactlaw.world.trees.dynamics import add_impulse, limit_force
@@ -22,7 +22,7 @@ def write_masses(b):
     add_masses(t, vector(t.weights, (t.v_size, t.stride)))
 
 
-@jit_inside
+@jit
 def add_masses(t, out):
     """Add the mass matrix L^T D L to a matrix, see `trees.dynamics`."""
     m = vector(t.factor, (t.v_size, t.v_size))

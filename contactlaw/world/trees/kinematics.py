@@ -13,7 +13,7 @@ from math import cos, sin
 
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.memory import doubles_at
 from contactlaw.world.bodies.motion import set_axes
 from contactlaw.world.data.access import axis_at, body_at, joint_at, link_at
@@ -22,13 +22,11 @@ from contactlaw.world.data.records import BALL, FREE_JOINT, SLIDE
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, load, store, sub
 
 
-@jit_inside
 def vector(address, size):
     """Return the numbers at an address as an array; size: its length or shape."""
     return carray(doubles_at(address), size)
 
 
-@jit_inside
 def add_to_coordinates(t):
     """Move the coordinates by x, in the sense of velocities; poses stay behind."""
     q, x = vector(t.q, t.q_size), vector(t.x, t.v_size)
@@ -75,7 +73,6 @@ def move(t):
         set_axes(b)
 
 
-@jit_inside
 def apply_joint(t, joint, place, turn, q):
     """Return position and quaternion of a link's frame after one of its joints, and set the joint's axes."""
     k, m, at = joint.first_q, joint.first_axis, load(joint.at)
@@ -110,7 +107,6 @@ def apply_joint(t, joint, place, turn, q):
     return place, turn
 
 
-@jit_inside
 def set_axis(t, k, spin, velocity):
     """Set the spin and velocity by a unit velocity of a degree of freedom."""
     axis = axis_at(t.axes, k)
@@ -118,7 +114,6 @@ def set_axis(t, k, spin, velocity):
     store(axis.velocity, velocity)
 
 
-@jit_inside
 def spread_velocity(t):
     """Set the velocities and spins of all bodies from v."""
     v, origin = vector(t.v, t.v_size), load(t.origin)
@@ -135,3 +130,6 @@ def spread_velocity(t):
         store(link.velocity, velocity)
         store(b.spin, spin)
         store(b.velocity, add(velocity, cross(spin, sub(load(b.position), origin))))
+
+
+jit_module(__name__)

@@ -10,7 +10,7 @@ With q the generalised coordinates, v the velocities, M(q) = L^T D L the mass ma
 
 from math import sqrt
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.world.bodies.motion import LEAST_MOBILITY, mobility_bound
 from contactlaw.world.data.access import axis_at, body_at, link_at, tree_at
 from contactlaw.world.data.call import call_on_tree
@@ -27,35 +27,30 @@ SAME = 1e-12  # of the sum of forces on a tree: changes up to this are rounding
 GOLDEN, SILVER = 0.5 * (sqrt(5.0) - 1.0), sqrt(2.0) - 1.0  # irrational, so that the weights of forces all differ
 
 
-@jit_inside
 def copy(source, target):
     """Copy an array; a loop compiles faster than an assignment of arrays."""
     for k in range(source.size):
         target[k] = source[k]
 
 
-@jit_inside
 def clear(target):
     """Set an array to zero."""
     for k in range(target.size):
         target[k] = 0.0
 
 
-@jit_inside
 def move_bodies(t):
     """Move the coordinates by x, and set poses and velocities of all bodies."""
     call_on_tree(t.move, t)
     spread_velocity(t)
 
 
-@jit_inside
 def leave_placed(t):
     """Note that accelerations and factor do not belong to q and v; poses do if they did before."""
     if t.stale == 0:
         t.stale = PLACED
 
 
-@jit_inside
 def accelerate(t):
     """Find the mass matrix, the accelerations at q and v, and bounds on how fast they change."""
     call_on_tree(t.accelerate, t)
@@ -115,7 +110,6 @@ def kick(b, impulse, moment):
     leave_placed(t)
 
 
-@jit_inside
 def apply_pending(t):
     """Change the velocities by all pending impulses together; then soft limits resist that change, also together."""
     if t.kicked == 0:
@@ -134,7 +128,6 @@ def apply_pending(t):
     spread_velocity(t)
 
 
-@jit_inside
 def add_response(t, x):
     """Add the response to generalised impulses x to the velocities; x <- that response."""
     m, v, push = vector(t.factor, (t.v_size, t.v_size)), vector(t.v, t.v_size), vector(t.kick_v, t.v_size)
@@ -185,7 +178,6 @@ def stop(b):
     leave_placed(t)
 
 
-@jit_inside
 def is_disturbed(t):
     """Return whether coordinates, velocities or forces of a sleeping tree have changed since it fell asleep.
 
@@ -200,7 +192,6 @@ def is_disturbed(t):
     return out or not max(abs(held[1] - now[1]), abs(held[2] - now[2])) <= SAME * size
 
 
-@jit_inside
 def sleep_signature(t):
     """Return a checksum of the coordinates of a tree, and two differently weighted sums of the forces on them."""
     f, one, two = vector(t.f, t.v_size), 0.0, 0.0
@@ -220,3 +211,6 @@ def spread_delta_v(b):
     for i in range(t.count):
         one = body_at(t.bodies, i)
         one.delta_v = max(one.delta_v, b.delta_v * sqrt(max(mobility_bound(one, one.reach) / own, 1.0)))
+
+
+jit_module(__name__)

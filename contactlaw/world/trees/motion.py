@@ -18,7 +18,7 @@ forces, as a contains centripetal terms, which jump with v.
 
 from math import ceil, sqrt
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import jit_module
 from contactlaw.world.data.access import axis_at, body_at, link_at, tree_at
 from contactlaw.world.data.call import call_on_tree
 from contactlaw.world.data.records import PLACED
@@ -63,7 +63,6 @@ def fly(b, until):
         body_at(t.bodies, i).time = until
 
 
-@jit_inside
 def midpoint(t, h, more):
     """Take one step of h [s] of second order, see `runge_kutta`."""
     n = t.v_size
@@ -83,7 +82,6 @@ def midpoint(t, h, more):
     end_step(t, h, more)
 
 
-@jit_inside
 def runge_kutta(t, h, more):
     """Take one step of h [s] of fourth order, on rotations too, from accelerations that belong to q and v.
 
@@ -133,7 +131,6 @@ def runge_kutta(t, h, more):
     end_step(t, h, more)
 
 
-@jit_inside
 def end_step(t, h, more):
     """Move a tree by x to the end of a step of h [s] of its flight; more: whether it needs accelerations there."""
     move_bodies(t)
@@ -147,7 +144,6 @@ def end_step(t, h, more):
         b.turned += abs(h) * link_at(t.links, i).rate
 
 
-@jit_inside
 def combine(t, r, a, s, b):
     """x <- r a + s b."""
     x = vector(t.x, t.v_size)
@@ -192,7 +188,6 @@ def drift(b, h):
     t.stale = PLACED
 
 
-@jit_inside
 def predict_midpoint(t, h):
     """Find mass matrix and accelerations for the next substeps of h [s], at the middle of the kicks that end these.
 
@@ -232,3 +227,6 @@ def predict_midpoint(t, h):
     if t.hold > 1:
         copy(q0, q)
     copy(v0, v)
+
+
+jit_module(__name__)
