@@ -297,7 +297,7 @@ jit_of_sums = jit_for("", fastmath={"reassoc", "contract", "nsz", "nnan"}, nogil
 Such functions release the GIL, so several threads may run one at once."""
 
 
-def jit_module(name: str, compiled: Callable[[Function], Function] = jit) -> None:
+def jit_module(name: str, compiled: Callable[[Any], Any] = jit) -> None:
     """Compile the functions of a module, as `compiled` does: its last line, in place of a decorator for each of them.
 
     Left as they are: functions that a decorator has compiled, and those with a return type, which are Python's own.
