@@ -161,13 +161,8 @@ def material_of(argument: str, value: Material | str) -> Material:
     Raises:
         ValueError: The value is neither; the message names the argument.
     """
-    if isinstance(value, str):
-        if value not in MATERIALS:
-            raise ValueError(
-                f"{argument} = {value!r}: must be a contactlaw.Material or one of {', '.join(MATERIALS)}"
-                f"{checks.hint(value, MATERIALS)}"
-            )
-        return MATERIALS[value]
-    if not isinstance(value, Material):
-        raise ValueError(f"{argument} = {value!r}: must be a contactlaw.Material or the name of one")
-    return value
+    known = MATERIALS.get(value, value) if isinstance(value, str) else value
+    if not isinstance(known, Material):
+        names = f"{', '.join(MATERIALS)}{checks.hint(value, MATERIALS)}"
+        raise ValueError(f"{argument} = {value!r}: must be a contactlaw.Material or one of {names}")
+    return known
