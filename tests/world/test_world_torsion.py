@@ -8,7 +8,7 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
-from contactlaw import ContactPair
+from contactlaw import ContactPair, Material
 from contactlaw.world import World
 from sims.contact_point import static_overlap
 from tests.world.chains import Chain, Link
@@ -153,3 +153,21 @@ def test_a_heap_of_balls_comes_to_rest() -> None:
     free = (touching == 1) & ~world.asleep
     assert (world.asleep | free).all() and free.sum() <= 2
     assert np.abs(world.spin[:, 2]).max() < 1e-9
+
+
+@pytest.mark.parametrize("timestep", [0.1, 0.5, 1.42, 5.0])
+def test_a_ball_that_pivots_within_a_long_step_does_not_pivot_back(timestep: float) -> None:
+    soft = Material(3.4e6, 0.09, 7800.0)
+    world = World(gravity=0.08, timestep=timestep)
+    floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    body = world.add_body(MASS, INERTIA, (0.0, 0.0, RADIUS - 5e-6))
+    world.add_contact(world.add_sphere(body, RADIUS), floor, ContactPair(soft, soft, 4.6, 0.05))
+    world.step(round(20.0 / timestep))
+    world.place(0, velocity=(0.07, 0.0, 0.0), spin=(0.0, 0.07 / RADIUS, 0.8))
+    before = world.energy.total
+    for _ in range(round(20.0 / timestep)):
+        world.step()
+        assert world.energy.total < before + 1e-9 * world.energy.kinetic
+        before = world.energy.total
+    assert abs(world.spin[0, 2]) < 1e-3
+    assert world.spin[0, 1] == pytest.approx(0.07 / RADIUS, rel=1e-3)
