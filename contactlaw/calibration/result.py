@@ -90,8 +90,7 @@ class Calibration:
         friction: mu of the fit to all impacts.
         stiffness_ratio: kappa of the fit.
         sliding_friction: mu of the impacts that slide throughout alone, as in the paper.
-        regimes: For each impact "slides throughout", "slides, then sticks", "starts stuck", or
-            "unclear".
+        regimes: For each impact "slides throughout", "slides, then sticks", "starts stuck", or "unclear".
         outliers: Indices of impacts that lie farther off than scatter explains; they were left out.
         before, after: The table, V_z and V_x [m/s], shape (2, n); V_z2 is e V_z1 if it was not measured.
         residuals: V_x2 less the curve [m/s], shape (n,); zero if there is no curve.
