@@ -60,7 +60,7 @@ TORSION = record(
 """State of a contact under torsion."""
 
 FULL = 3.0 * pi / 16.0  # M_s over mu P a
-LEAST = 1e-12  # least share of friction that spin leaves for the tangential force; implicit steps resolve 1e-9
+LEAST = 1e-9  # least share of friction that spin leaves for the tangential force
 CURVE = (0.2, 0.0148535, -0.0024586, 0.0214635, -0.0263972, 0.013432)  # Q, lowest power first
 ITERATIONS, CLOSE = 6, 5e-3  # most steps to a point of the limit curve; last step [rad], whose square is the error
 

@@ -128,21 +128,6 @@ def test_no_step_gains_energy(name: str) -> None:
         last = world.energy.total
 
 
-@pytest.mark.parametrize("timestep", [1e-3, 2e-3, 5e-3])
-def test_a_ball_that_rolls_and_pivots_takes_implicit_steps(timestep: float) -> None:
-    """Its pivoting leaves nearly no friction across, whose sign is rounding."""
-    world = ball(timestep, 0.3, 0.3 / RADIUS)
-    world.step(5)
-    world.place(0, velocity=world.velocity[0], spin=(0.0, 0.3 / RADIUS, 30.0))
-    before = count(world, "implicit")
-    world.step(50)
-    assert count(world, "implicit") - before == 50
-    assert world.velocity[0] == pytest.approx([0.3, 0.0, 0.0], abs=1e-9)
-    a = (RADIUS * static_overlap(pair(), MASS * 9.81, RADIUS)) ** 0.5
-    slower = 3.0 * np.pi / 16.0 * FRICTION * MASS * 9.81 * a / INERTIA * 50 * timestep
-    assert 30.0 - world.spin[0, 2] == pytest.approx(slower, rel=0.02)
-
-
 def test_friction_takes_mu_times_the_normal_impulse_while_a_slide_vibrates() -> None:
     """Newton's method then ends at a share of the vibrations, see `implicit.step.solve`."""
     plastic, dt = Material(3e9, 0.35, 1200.0), 2e-3

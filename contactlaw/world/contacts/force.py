@@ -142,11 +142,8 @@ def slopes(w, c, slot, moved, slide, stage):
 
 
 def slide_to_slip(t):
-    """Return the displacement [m] from rest at which a contact under a constant load begins to slip as a whole.
-
-    It is that without spin, which may leave nearly no friction.
-    """
-    return t.mu * t.e_star / t.g_star * t.overlap
+    """Return the displacement [m] from rest at which a contact under a constant load begins to slip as a whole."""
+    return t.friction * t.e_star / t.g_star * t.overlap
 
 
 def slips_fully(t):
