@@ -244,6 +244,7 @@ def test_nothing_asks_a_law_for_its_name() -> None:
     assert "code" not in (CONTACT.names or ())
 
 
+@pytest.mark.heavy
 def test_a_law_that_does_not_compile_is_named() -> None:
     class Misspelt(Law):
         @staticmethod
