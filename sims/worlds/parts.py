@@ -48,7 +48,7 @@ class Tuning:
 
     Attributes:
         integrator: MuJoCo's.
-        substeps: Least number of the law's own steps in a contact.
+        substeps: Number of the law's own steps in an impact, see `World`.
         collide: Whether bodies without the law touch by the engine's own contact.
         fixed_bodies_move: PyBullet: as `ContactCallback` has it; None: where a body is driven.
         crowd_substeps: Least number of substeps of a damped impact where many touch.

@@ -11,6 +11,7 @@ from math import sqrt
 
 from contactlaw.jit import jit
 
+AT_ONE = 1.0 / 12.0, 0.025485202  # -zeta(-p, 1) of elastic forces, linear and of Hertz
 # (zeta(-3/2, 1 + s) - zeta(-3/2))/s and zeta(-1/4, 1 + s) in powers of s on (0, 1], to 4e-5 and 1e-4
 ELASTIC_END = (-0.31178923, -0.5489945, -0.15573116, 0.01654819)
 DAMPED_END = (-0.32035357, -0.86369735, -0.16467251, 0.02834923)
@@ -33,6 +34,15 @@ def elastic_end(s, linear):
         return 0.5 * (s - 1.0)
     s = max(s, 1e-6)
     return -(1.0 + cubic(ELASTIC_END, s) / sqrt(s))
+
+
+@jit
+def single_end(s, linear):
+    """Return the whole correction [substeps], -zeta(-p, s)/s^p, of an elastic force that a damper lets end otherwise.
+
+    With linear, also that of a damped force as it falls to zero while the shapes still overlap.
+    """
+    return elastic_end(s, linear) + (AT_ONE[0] / s if linear else AT_ONE[1] / (s * sqrt(s)))
 
 
 @jit

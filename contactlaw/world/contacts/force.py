@@ -30,8 +30,8 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
 
     moved: displacement of A over B in this substep along both tangents [m], and rotation about the normal [rad]; slide:
     their rates [m/s, rad/s]. dt: length of the substep [s]; zero: an implicit step, in which a contact that is not new
-    is taken as persistent. free: closing acceleration by all but this contact [m/s^2], and dt, as for
-    `hertz.normal_force`.
+    is taken as persistent. free: closing acceleration by all but this contact [m/s^2], and the number of dampers, as
+    for `hertz.normal_force`. Returns the normal force [N], negative where it has ended as the damper would pull.
     """
     t, law = c.touch, law_of(w, pair_at(w.pairs, c.pair))
     memory = memory_of(w, slot)
@@ -48,7 +48,7 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
             c.twist_overlap = c.twist_overlap if c.twist_overlap > 0.0 else t.before
             spun = False
     own, numbers = w.memory + 8 * w.memory_size * slot, w.numbers + 8 * pair_at(w.pairs, c.pair).numbers
-    press(t, law, free[0], free[1])
+    pressed = press(t, law, free[0], dt, free[1])
     damped = has_dashpot(c)
     if spun and ready(w, SPIN):
         inertia = 0.0
@@ -67,6 +67,7 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
         call_along(address(w, ALONG), c, numbers + 8 * PAIR_SIZE, own, law.vectors, du, dv)
     if damped:
         add_dashpot(t, slide[0], slide[1])
+    return pressed
 
 
 @jit_inline
@@ -99,7 +100,7 @@ def advance_from_saved(w, c, slot, moved, slide):
     overlap, before, closing = t.overlap, t.before, t.closing
     restore_law_state(w, slot)
     t.overlap, t.before, t.closing = overlap, before, closing
-    advance_contact(w, c, slot, moved, slide, 0.0, (0.0, 0.0))
+    advance_contact(w, c, slot, moved, slide, 0.0, (0.0, 1.0))
     return t.f, t.g, c.torsion.moment
 
 

@@ -11,9 +11,9 @@ from contactlaw.memory import set_whole, whole_at
 from contactlaw.pair import DEEPEST
 from contactlaw.world.bodies.motion import JUMP, kick, moved_at, velocity_at
 from contactlaw.world.contacts import force
-from contactlaw.world.contacts.ends import damped_end, elastic_end
+from contactlaw.world.contacts.ends import damped_end, elastic_end, single_end
 from contactlaw.world.contacts.meeting import meet_apart, meet_contact
-from contactlaw.world.contacts.pace import MASS_TURN, radius_of, share_of, update_masses
+from contactlaw.world.contacts.pace import MASS_TURN, longest_substep, radius_of, share_of, update_masses
 from contactlaw.world.contacts.rolling import moment_of, update_rolled
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, pair_at, shape_at
 from contactlaw.world.data.call import address, call_roll, ready
@@ -36,6 +36,9 @@ from contactlaw.world.trees.mobility import clear
 # [rad] up to which the tangent turns by the first term of the series x, and is normalised by that of a root: its square
 # is then 1 - 3/4 x^4, which `state.UNIT` must allow
 SMALL_TURN = 1e-3
+# least s of `ends.single_end` as a damped force ends: the correction is then at most 3.7 substeps of the force before
+# it, whatever has torn the bodies apart
+SUDDEN = 0.02
 TOUCHING = 1e-10  # overlap or gap that counts as zero, over the effective radius
 
 
@@ -100,10 +103,12 @@ def begin_contact(w, k, overlap):
     if law.speeds != 0.0:
         push = -dot(sub(load(a.acceleration), load(b.acceleration)), n)
         speeds.read(t, speed_numbers(w, pair_at(w.pairs, q.pair)), push, norm(axpy(t.closing, n, slide)))
+    c.first_substep = 0.0
+    c.first_substep = longest_substep(w, c, a, b, w.substeps)
     if overlap > TOUCHING * t.radius:
         w.late += 1
         w.latest = max(w.latest, overlap)
-        force.advance_contact(w, c, q.slot, ZERO, ZERO, 0.0, (0.0, 0.0))
+        force.advance_contact(w, c, q.slot, ZERO, ZERO, 0.0, (0.0, 1.0))
         store(c.force, scale(t.force, n))
         c.closing_acceleration = -t.force / t.mass
     return True
@@ -291,6 +296,7 @@ def advance(w, c, slot, span):
         add_work(c, 0.5 + c.end_weight, overlap - before, moved)
         return
     add_work(c, 0.5, overlap - before, moved)
+    pushed = t.force, t.f, t.g
     closing = (overlap - before) * (1.0 / h)  # products by quotients that are known before the overlap is
     own = t.force / t.mass
     if c.interval > 0.0:
@@ -304,16 +310,21 @@ def advance(w, c, slot, span):
     if c.coasted_from > 0.0:
         total, t.before, c.coasted_from = add(moved, load(c.coasted)), c.coasted_from, 0.0
     count = side_by_side(body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b))
-    free = c.closing_acceleration * (1.0 / count) + own, count * h
-    force.advance_contact(w, c, slot, total, scale(1.0 / h, moved), h, free)
+    free = c.closing_acceleration * (1.0 / count) + own, count
+    pressed = force.advance_contact(w, c, slot, total, scale(1.0 / h, moved), h, free)
     if opening:
         inside = min(overlap / (overlap - min(before, 0.0)), 1.0)
         spacing = max(following, inside * h)  # of the points of the sum that begins here
         inside *= h / spacing
         end = elastic_end(inside, linear)
         if t.zeta > 0.0 and t.ratio > 1.0:
-            end = damped_end(inside, linear) * (1.0 - 1.0 / t.ratio) + end / t.ratio
+            end = damped_end(inside, linear) * (1.0 - 1.0 / t.ratio) + single_end(inside, linear) / t.ratio
         c.end_weight = (spacing * (1.0 + end) - 0.5 * (h + following)) / h
+    if pressed < 0.0 and own > 0.0:  # the force has ended within the substep
+        weight = single_end(max(pushed[0] / (pushed[0] - pressed), SUDDEN), True)
+        apply_force(c, body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b), weight * h)
+        c.normal_work -= weight * pushed[0] * (overlap - before)
+        c.friction_work -= weight * (pushed[1] * moved[0] + pushed[2] * moved[1])
     store(c.force, force_of(c))
     c.interval = h
     if law.rolling != 0.0 and ready(w, ROLL):
