@@ -64,7 +64,7 @@ DATA = structure("mjData")[[
 MODEL = structure("mjModel")[[
     "ntendon", "opt", "geom_bodyid", "D_rowadr", "D_diag", "jnt_type", "jnt_dofadr", "jnt_qposadr", "jnt_range",
     "jnt_stiffness", "dof_jntid", "site_type", "site_size", "actuator_biasprm", "actuator_forcerange",
-    "jnt_actfrcrange", "tendon_stiffness", "tendon_lengthspring", *TENDON_ROWS,
+    "jnt_actfrcrange", "tendon_stiffness", "tendon_lengthspring", "qpos_spring", *TENDON_ROWS,
 ]]  # fmt: skip
 data_at: Any = element(DATA)
 model_at: Any = element(MODEL)

@@ -30,7 +30,8 @@ from contactlaw.mujoco_plugin.block import (
     shifted,
 )
 from contactlaw.mujoco_plugin.joint_forces import (
-    follow_springs,
+    change_of_tendons,
+    follow_tendons,
     move_springs,
     read_equalities,
     read_limits,
@@ -216,7 +217,9 @@ def read_tree(head, j, t):
     a = rest_accelerations(t, head.step_size) if leads or follows else vector(t.a, n)
     gather(head, velocities, j.v, v)
     if tendons:
-        follow_springs(head, j, t, follows)
+        change = change_of_tendons(head, j, t)
+        if follows:
+            follow_tendons(head, t, change)
     read_springs(head, j, t)
     for i in range(n if leads else 0):
         v[i] += head.lag * a[i]  # the velocities at the time of the coordinates
