@@ -8,8 +8,7 @@ and P = 0 where these are negative.
 
 from math import sqrt
 
-from contactlaw.jit import jit_inline as jit
-from contactlaw.jit import jit_module
+from contactlaw.jit import jit_inline, jit_module
 
 HERTZ_DURATION = 2.9432751843247047  # T v/delta_max = 4/5 sqrt(pi) Gamma(2/5)/Gamma(9/10); Johnson (1985) section 11.4
 # (m/k) (pi/T_Hertz)^2/sqrt(delta_max): it depends on neither mass nor speed
@@ -67,4 +66,4 @@ def normal_force(contact, pair, free, dt):
     return force, force / elastic
 
 
-jit_module(__name__, jit)
+jit_module(__name__, jit_inline)

@@ -25,7 +25,7 @@ would go on pushing a light hand with 20 times its weight after a contact has st
 
 from numba import types
 
-from contactlaw.jit import jit_module
+from contactlaw.jit import jit, jit_module
 from contactlaw.memory import whole_at
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import (
@@ -38,7 +38,7 @@ from contactlaw.mujoco_plugin.block import (
     places_in,
     spring_at,
 )
-from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
+from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.world.data.access import axis_at, joint_at
 from contactlaw.world.data.quaternion import load4, product, rotation_vector
 from contactlaw.world.data.records import FREE_JOINT, SLIDE
@@ -281,4 +281,4 @@ def move_springs(head, j, t):
             i, p = axis_at(t.axes, i).parent, p - 1
 
 
-jit_module(__name__, jit)
+jit_module(__name__)

@@ -37,7 +37,7 @@ from contactlaw.mujoco_plugin.joint_forces import (
     read_limits,
     read_springs,
 )
-from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
+from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.mujoco_plugin.notices import TOWED, report_once
 from contactlaw.world.bodies.motion import is_static
 from contactlaw.world.data.access import axis_at, body_at, link_at, near_at, tree_at, world_at
@@ -292,4 +292,4 @@ def addresses() -> dict[str, int]:
         return {"tree_stage": address_of(serve, SERVE, layout.KEY), "tree_force": address_of(press, PRESS, layout.KEY)}
 
 
-jit_module(__name__, jit)
+jit_module(__name__)
