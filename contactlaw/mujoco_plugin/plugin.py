@@ -137,7 +137,7 @@ def _checked_types(view: layout.ModelView, geoms: list[int]) -> str:
         bare = kind in ("mesh", "hfield") and view.geom_dataid[geom] < 0
         texts.append(f"geom_type = {kind} of geom {view.label('geom', geom)}")
         if bare or kind in UNSERVED or (kind in FLAT and not still):
-            raise ValueError(f"{texts[-1]}: is no shape that it may become; compile the model anew")
+            raise ValueError(f"{texts[-1]}: the law cannot follow this edit; compile the model anew")
     return ", ".join(texts)
 
 

@@ -62,7 +62,7 @@ def test_a_target_in_no_folder(tmp_path):
 
 def test_a_target_that_is_no_file(tmp_path):
     for target in (tmp_path, "/dev/full"):
-        with pytest.raises(ValueError, match="is no file"):
+        with pytest.raises(ValueError, match="exists; must be a file"):
             save_model(scene(), target, CONTACTS)
 
 

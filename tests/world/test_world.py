@@ -41,7 +41,7 @@ def resting(restitution: float = 0.5, **more) -> World:
         (lambda w: w.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 2.0)), "must be a unit vector"),
         (lambda w: w.add_contact([], [0], steel_pair()), "shapes1: is empty"),
         (lambda w: w.add_contact([0], [7], steel_pair()), "shapes2 = 7: there are 1 shapes, counted from 0"),
-        (lambda w: w.add_contact(0, [0], steel_pair()), "shapes1 = shapes2 = 0: must be two shapes"),
+        (lambda w: w.add_contact(0, [0], steel_pair()), "shapes1 = shapes2 = 0: must be two different shapes"),
         (lambda w: w.add_contact([0], [0], "steel"), "pair = 'steel': must be a contactlaw.ContactPair"),
         (lambda w: w.step(-1), "n = -1: must be an integer >= 0"),
         (lambda w: w.restore(World().save()), "saved: is of another world"),
