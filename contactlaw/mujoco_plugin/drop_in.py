@@ -130,8 +130,8 @@ def save_model(
         raise ValueError(f"target = {str(path)!r}: exists; must be a file")
     if path.exists() and path.stat().st_size > 0 and NEEDS not in path.read_text(encoding="utf-8", errors="replace"):
         raise ValueError(
-            f"target = {str(path)!r}: exists, and not by save_model; must not be the model's own file or what "
-            "it refers to"
+            f"target = {str(path)!r}: exists, and save_model did not write it; must be another file than the model's "
+            "own and what it refers to"
         )
     text = model_xml(model, contacts, assets=assets, **settings).replace("<extension>", f"{NEEDS}\n  <extension>", 1)
     with whole(path) as part:
