@@ -181,7 +181,7 @@ class InPybullet(Run):
     def contacts(self) -> list[Met]:
         """As `Run.contacts`."""
         number = {self.world.ids[body.name]: k for k, body in enumerate(self.world.bodies)}
-        states = (one for handle in self.world.handles for one in self.world.callback.states(handle))
+        states = self.world.callback.states()
         return [(one.overlap, one.normal_force, (number.get(one.a[0], -1), number.get(one.b[0], -1))) for one in states]
 
 

@@ -57,7 +57,7 @@ def calibrate(
         "stiffness_ratio", stiffness_ratio, "in [0.2, 3]", low=0.2, high=3.0
     )  # fmt: skip
     if checks.truth("hold_stiffness_ratio", hold_stiffness_ratio) and kappa is None:
-        raise ValueError("hold_stiffness_ratio = True: needs the stiffness_ratio to hold")
+        raise ValueError("hold_stiffness_ratio = True: needs the stiffness_ratio that is held")
     velocities = velocities_of(before, after, given)
     if (normal_error is None) != (tangential_error is None):
         raise ValueError("normal_error, tangential_error: give both, or neither")

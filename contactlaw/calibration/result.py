@@ -17,6 +17,7 @@ REGIMES = SLIDES, SLIDES_FIRST, STICKS_FIRST, UNKNOWN = (
     "slides throughout", "slides, then sticks", "starts stuck", "unclear",
 )  # fmt: skip
 
+SURE = 1e-6  # uncertainty over the value: below, all digits that are shown are certain
 NAMED = 10  # outliers that a verdict names, at most
 
 
@@ -53,7 +54,9 @@ class Estimate:
             return f"{self.value:.4g} (given)"
         if self.uncertainty is None:
             return f"{self.value:.4g} (uncertainty not known)"
-        digits = int(np.clip(1 - np.floor(np.log10(max(self.uncertainty, 1e-12))), 0, 8))
+        if self.uncertainty <= SURE * abs(self.value):
+            return f"{self.value:.6g} (to a millionth or better)"
+        digits = int(np.clip(1 - np.floor(np.log10(self.uncertainty)), 0, 8))
         relative = 100.0 * self.uncertainty / abs(self.value)
         return f"{self.value:.{digits}f} +- {self.uncertainty:.{digits}f} ({relative:.2g} %)"
 

@@ -23,7 +23,7 @@ from math import sqrt
 
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
-from contactlaw.jit import jit_inline as jit
+from contactlaw.jit import jit_inline
 from contactlaw.laws.nodes import follow, levers, step_of
 from contactlaw.laws.record import SPRUNG
 from contactlaw.laws.slip import carried
@@ -32,13 +32,13 @@ from contactlaw.memory import doubles_at
 ROOTS = 3  # steps of Newton's method; s is at most 0.17 if 1/kappa is below 1.25
 
 
-@jit
+@jit_inline
 def share_along(length):
     """D/K - 1/2 as a function of length = ln(q/p), curvatures p <= q: a fit within 3e-4 for q/p up to 1e5."""
     return 0.0829516 * length * (1.0 + 0.0639377 * length * length) ** -0.413082
 
 
-@jit
+@jit_inline
 def returned(u, v, limit, cu, cv):
     """Return the trial traction (u, v) of a spring, beyond its limit > 0, to the limit. cu, cv: its compliances."""
     more = sqrt(u * u + v * v) / limit - 1.0
@@ -52,7 +52,7 @@ def returned(u, v, limit, cu, cv):
     return back * x, back * y
 
 
-@jit
+@jit_inline
 def advance(contact, law, memory, du, dv):
     """Update the tangential force as `Microslip.force` does; the first tangent is the longer axis of the contact."""
     follow(contact, law, memory)

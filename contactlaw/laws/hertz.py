@@ -15,8 +15,7 @@ is larger by as much has an error of higher than second order in dt.
 
 from math import sqrt
 
-from contactlaw.jit import jit_inline as jit
-from contactlaw.jit import jit_module
+from contactlaw.jit import jit_inline, jit_module
 
 HERTZ_DURATION = 2.9432751843247047  # T v/delta_max = 4/5 sqrt(pi) Gamma(2/5)/Gamma(9/10); Johnson (1985) section 11.4
 # (m/k) (pi/T_Hertz)^2/sqrt(delta_max): it depends on neither mass nor speed
@@ -77,4 +76,4 @@ def normal_force(contact, pair, free, dt, count=1.0):
     return pressed / share, pressed / (share * elastic)  # two quotients that do not wait for each other
 
 
-jit_module(__name__, jit)
+jit_module(__name__, jit_inline)

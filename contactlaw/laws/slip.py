@@ -8,8 +8,7 @@ share of P is infinite; gross slip then misses psi_1 - 2 chi (1 + e) by 4 chi ze
 
 from math import sqrt
 
-from contactlaw.jit import jit_inline as jit
-from contactlaw.jit import jit_module
+from contactlaw.jit import jit_inline, jit_module
 from contactlaw.laws.record import LASTING, SLIDING
 
 STRAIGHT = 1e-6  # sine of the angle up to which a slide that turns within a step counts as straight
@@ -112,4 +111,4 @@ def span_of(contact, span):
     return span
 
 
-jit_module(__name__, jit)
+jit_module(__name__, jit_inline)

@@ -1,7 +1,6 @@
 """One contact over one step: first its normal force, then the law's tangential force."""
 
-from contactlaw.jit import jit_inline as jit
-from contactlaw.jit import jit_module
+from contactlaw.jit import jit_inline, jit_module
 from contactlaw.laws.hertz import greatest_overlap, hertz_stiffness, normal_force, stiffness_foreseen
 from contactlaw.laws.oscillator import restitution
 from contactlaw.laws.record import EXPANDING, LASTING, OPEN, PRESSED, SLIDING, SPRUNG, SPUN, ask_force
@@ -69,4 +68,4 @@ def press(contact, pair, free, dt, count=1.0):
     return force
 
 
-jit_module(__name__, jit)
+jit_module(__name__, jit_inline)

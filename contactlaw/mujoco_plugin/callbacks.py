@@ -27,7 +27,7 @@ from contactlaw.mujoco_plugin.block import (
     shifted,
 )  # fmt: skip
 from contactlaw.mujoco_plugin.edits import is_edited
-from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
+from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.mujoco_plugin.notices import report_contacts, report_once, send_report
 from contactlaw.mujoco_plugin.sensors import call_sense
 from contactlaw.mujoco_plugin.trees import FIND, MOVE, READ, WRITE, call_press, call_trees
@@ -357,7 +357,7 @@ def destroy(d, instance):
     free_memory(block_address(d, instance))
 
 
-jit_module(__name__, jit)
+jit_module(__name__)
 
 ADDRESSES = {
     one.__name__: address_of(one, types.void(*[types.uintp] * pointers, *[types.int32] * numbers), layout.KEY)

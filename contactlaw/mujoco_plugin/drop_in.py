@@ -127,11 +127,11 @@ def save_model(
     if not path.parent.is_dir():
         raise ValueError(f"target = {str(path)!r}: must be in a folder that exists")
     if path.exists() and not path.is_file():
-        raise ValueError(f"target = {str(path)!r}: is there, and is no file")
+        raise ValueError(f"target = {str(path)!r}: exists; must be a file")
     if path.exists() and path.stat().st_size > 0 and NEEDS not in path.read_text(encoding="utf-8", errors="replace"):
         raise ValueError(
-            f"target = {str(path)!r}: is there, and not by save_model; must be another file than the model's own and "
-            "what it refers to"
+            f"target = {str(path)!r}: exists, and save_model did not write it; must be another file than the model's "
+            "own and what it refers to"
         )
     text = model_xml(model, contacts, assets=assets, **settings).replace("<extension>", f"{NEEDS}\n  <extension>", 1)
     with whole(path) as part:

@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from contactlaw.jit import jit
 from contactlaw.memory import same_wholes, whole_at
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import checksums, shifted
-from contactlaw.mujoco_plugin.layout import data_at, jit
+from contactlaw.mujoco_plugin.layout import data_at
 
 OF_BODIES = ("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia")
 BITS = "geom_contype", "geom_conaffinity"

@@ -22,7 +22,7 @@ import numpy as np
 from contactlaw.jit import jit_module
 from contactlaw.memory import copy_wholes, same_wholes
 from contactlaw.mujoco_plugin.block import floats, free_at, kept_springs, shifted
-from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
+from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.world.bodies.motion import set_axes, spin_after, spin_change, spin_rate, update_momentum
 from contactlaw.world.contacts.force import is_quasi_static
 from contactlaw.world.data.access import body_at, world_at
@@ -285,4 +285,4 @@ def turn_moment(head, f, push_io):
     store(push_io[f.v + 3 :], turn_by(conjugate(own), moment))
 
 
-jit_module(__name__, jit)
+jit_module(__name__)

@@ -138,7 +138,7 @@ class ContactInstance:
         self.sides = self._find_geoms()
         self.geoms = list({**self.sides[0], **self.sides[1]})
         if self.contact.native and len(self.contact.native) != len(self.geoms):
-            raise ValueError(f"native: tells of {len(self.contact.native)} geoms; must tell of all {len(self.geoms)}")
+            raise ValueError(f"native: is of {len(self.contact.native)} geoms; must be of all {len(self.geoms)}")
         self.native: dict[int, Bits] = dict(zip(self.geoms, self.contact.native, strict=False))
 
     def _find_geoms(self) -> list[dict[int, None]]:

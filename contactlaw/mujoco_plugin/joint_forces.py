@@ -4,7 +4,7 @@ A spring of stiffness k along a row J adds h/2 J^T k J to the damping, as its me
 the mean of both ends: the force of the start, held, would give (k/m) h^2/2 of the energy in each step of a contact that
 lasts. So do springs of joints, and servos, actuators whose force falls with the length of what they move; springs of
 tendons only under Runge-Kutta. As a tendon turns, its force changes in ways that J does not tell, so that otherwise
-`follow_springs` lets velocities follow it.
+`follow_tendons` lets velocities follow it.
 
 Joint limits that the engine has found active are soft, and act in the world as in the engine. The force of such a
 constraint is f = D (a_ref - a), never less than zero, with a_ref = -B dr/dt - K I r, where r < 0 is the distance of the
@@ -25,7 +25,7 @@ would go on pushing a light hand with 20 times its weight after a contact has st
 
 from numba import types
 
-from contactlaw.jit import jit_module
+from contactlaw.jit import jit, jit_module
 from contactlaw.memory import whole_at
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import (
@@ -38,9 +38,10 @@ from contactlaw.mujoco_plugin.block import (
     places_in,
     spring_at,
 )
-from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
+from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.world.data.access import axis_at, joint_at
-from contactlaw.world.data.records import SLIDE
+from contactlaw.world.data.quaternion import load4, product, rotation_vector
+from contactlaw.world.data.records import FREE_JOINT, SLIDE
 from contactlaw.world.trees.dynamics import mobility_along, solve_ld, solve_lt
 from contactlaw.world.trees.kinematics import vector
 from contactlaw.world.trees.mobility import clear
@@ -155,28 +156,44 @@ def read_tendon_spring(head, j, t, tendon):
 read_tendon = jit(read_tendon_spring if layout.TENDON_ROWS else lambda head, j, t, tendon: None)
 
 
-def follow_springs(head, j, t, follows):
-    """Let a tree that follows have half a step of the change of its tendons' springs since the last step, see `free`.
+def change_of_tendons(head, j, t):
+    """Return by how much the force of tendons' springs on a tree has changed since the last step, and keep the new one.
 
-    Springs of its hinges and slides are left out, as they change within the step. Those of its ball joints are not, so
-    that they damp. Its mass matrix, with damping, is that of the start of the step.
+    Springs of its joints are left out, as they change within the step.
     """
     m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
-    x, v, kept = vector(t.x, n), vector(t.v, n), kept_springs(head)
+    change, kept = vector(t.x, n), kept_springs(head)
     on = m.opt.disableflags & layout.NO_SPRING == 0
     for k in range(n):
         place = whole_at(head.places, j.v + k)
-        joint, force = entry(m.dof_jntid, place), number(d.qfrc_spring, place)
-        if on and entry(m.jnt_type, joint) >= SLIDE:
-            force += number(m.jnt_stiffness, joint) * number(head.start, 1 + entry(m.jnt_qposadr, joint))
-        x[k] = force - kept[place]
+        force, stiffness = number(d.qfrc_spring, place), number(m.jnt_stiffness, entry(m.dof_jntid, place))
+        if on and stiffness != 0.0:
+            force += stiffness * displacement(head, place)
+        change[k] = force - kept[place]
         kept[place] = force
-    if follows:
-        factor = vector(t.factor, (n, n))
-        solve_lt(t, factor, x, n - 1, True)
-        solve_ld(t, factor, x)
-        for k in range(n):
-            v[k] += head.lag * x[k]
+    return change
+
+
+def displacement(head, place):
+    """Return the displacement [m or rad] of a joint's spring along a velocity, of slide and hinge from coordinate 0."""
+    m = model_at(head.model, 0)
+    joint = entry(m.dof_jntid, place)
+    q, i, kind = entry(m.jnt_qposadr, joint), place - entry(m.jnt_dofadr, joint), entry(m.jnt_type, joint)
+    if kind >= SLIDE or (kind == FREE_JOINT and i < 3):
+        return number(head.start, 1 + q + i)
+    if kind == FREE_JOINT:
+        q, i = q + 3, i - 3
+    w, x, y, z = load4(floats(m.qpos_spring, q, 4))
+    return rotation_vector(product((w, -x, -y, -z), load4(floats(head.start, 1 + q, 4))))[i]
+
+
+def follow_tendons(head, t, change):
+    """Let a tree have half a step of a change of forces, see `free`; its mass matrix and damping are of the start."""
+    factor, v = vector(t.factor, (t.v_size, t.v_size)), vector(t.v, t.v_size)
+    solve_lt(t, factor, change, t.v_size - 1, True)
+    solve_ld(t, factor, change)
+    for k in range(t.v_size):
+        v[k] += head.lag * change[k]
 
 
 def entries(address, first):
@@ -264,4 +281,4 @@ def move_springs(head, j, t):
             i, p = axis_at(t.axes, i).parent, p - 1
 
 
-jit_module(__name__, jit)
+jit_module(__name__)

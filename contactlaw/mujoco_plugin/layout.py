@@ -12,7 +12,6 @@ import numpy as np
 from mujoco.introspect import ast_nodes, structs
 
 from contactlaw import checks
-from contactlaw.jit import jit_for
 from contactlaw.memory import element, record_at
 
 _NUMBERS = {
@@ -64,7 +63,7 @@ DATA = structure("mjData")[[
 MODEL = structure("mjModel")[[
     "ntendon", "opt", "geom_bodyid", "D_rowadr", "D_diag", "jnt_type", "jnt_dofadr", "jnt_qposadr", "jnt_range",
     "jnt_stiffness", "dof_jntid", "site_type", "site_size", "actuator_biasprm", "actuator_forcerange",
-    "jnt_actfrcrange", "tendon_stiffness", "tendon_lengthspring", *TENDON_ROWS,
+    "jnt_actfrcrange", "tendon_stiffness", "tendon_lengthspring", "qpos_spring", *TENDON_ROWS,
 ]]  # fmt: skip
 data_at: Any = element(DATA)
 model_at: Any = element(MODEL)
@@ -83,9 +82,7 @@ LOSES_SPIN = (3, 7) <= tuple(int(part) for part in mujoco.__version__.split(".")
 SLEEP = int(getattr(mujoco.mjtEnableBit, "mjENBL_SLEEP", 0))  # from 3.5
 SENSOR = int(mujoco.mjtPluginCapabilityBit.mjPLUGIN_SENSOR)
 KEY = repr((mujoco.__version__, DATA, MODEL))
-"""Part of the cache key of compiled code that depends on the offsets."""
-
-jit = jit_for(KEY)
+"""Part of the cache key of compiled code that depends on the offsets, which Python reaches by `address_of` alone."""
 
 
 class ModelView:

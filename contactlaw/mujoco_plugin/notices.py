@@ -10,8 +10,8 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
+from contactlaw.jit import jit
 from contactlaw.memory import caller, set_whole, whole_at
-from contactlaw.mujoco_plugin.layout import jit
 from contactlaw.world.data.access import contact_at, near_at, world_at
 from contactlaw.world.data.call import error_pending, raise_later
 from contactlaw.world.readout import DOUBTFUL, DOUBTS, PUT_IN, doubt_value, doubts_of

@@ -8,9 +8,11 @@ import numpy as np
 
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.instances import contact_instances
+from contactlaw.mujoco_plugin.notices import reported_of
 from contactlaw.mujoco_plugin.readout import View, view_of
 from contactlaw.mujoco_plugin.selection import first_of
 from contactlaw.pair import ContactWarning
+from contactlaw.world.readout import PUT_IN
 
 NAMED = 5  # pairs in a message
 INSIDE = 0.1  # depth over the radius of the smaller bounding sphere: deeper than any contact
@@ -31,7 +33,7 @@ def overlaps_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Overlap]:
 
 
 def report_initial_overlaps(model: mujoco.MjModel, refuse: bool) -> None:
-    """Warn of geoms of the law that lie in each other too deep in the model's initial position.
+    """Warn of geoms of the law that lie in each other too deep in the model's initial position; steps do not again.
 
     Raises:
         ValueError: There are some, and refuse is True.
@@ -43,6 +45,11 @@ def report_initial_overlaps(model: mujoco.MjModel, refuse: bool) -> None:
     if refuse:
         raise ValueError(f"overlaps = 'raise': {text}")
     warnings.warn(f"{text}; they count as just touching", ContactWarning, stacklevel=4)
+    world = view_of(model, mujoco.MjData(model))
+    group = dict(zip(world.geoms.tolist(), world.shapes["group"].tolist(), strict=True))
+    told = reported_of(layout.view_of(model), world.pairs.size)
+    for one, two in found:
+        told[world.groups[group[one], group[two]]] |= PUT_IN
 
 
 def exclude_held(spec: mujoco.MjSpec, model: mujoco.MjModel, refuse: bool) -> bool:

@@ -10,7 +10,7 @@ from typing import Any
 import llvmlite.binding
 import mujoco
 
-from contactlaw import jit
+from contactlaw.jit import CALLBACKS, INTERPRETED, SOURCE_STAMP, compiling
 from contactlaw.mujoco_plugin import config, edits, layout, notices
 from contactlaw.mujoco_plugin.block import HEAD, STARTS, free
 from contactlaw.mujoco_plugin.instances import contact_instances, instances, leads, unserved_readers
@@ -137,7 +137,7 @@ def _checked_types(view: layout.ModelView, geoms: list[int]) -> str:
         bare = kind in ("mesh", "hfield") and view.geom_dataid[geom] < 0
         texts.append(f"geom_type = {kind} of geom {view.label('geom', geom)}")
         if bare or kind in UNSERVED or (kind in FLAT and not still):
-            raise ValueError(f"{texts[-1]}: is no shape that it may become; compile the model anew")
+            raise ValueError(f"{texts[-1]}: the law cannot follow this edit; compile the model anew")
     return ", ".join(texts)
 
 
@@ -214,10 +214,10 @@ def register() -> None:
         raise ImportError(
             f"contactlaw works with MuJoCo {'.'.join(map(str, OLDEST))} to {NEWEST[0]}.x, not {mujoco.__version__}"
         )
-    if jit.INTERPRETED:
+    if INTERPRETED:
         raise ImportError("contactlaw.mujoco_plugin needs compiled callbacks, and NUMBA_DISABLE_JIT is set")
     layout.check()
-    stamp = jit.SOURCE_STAMP + layout.KEY  # key of the compiled callbacks and of their records in memory
+    stamp = SOURCE_STAMP + layout.KEY  # key of the compiled callbacks and of their records in memory
     there = [address for name in (config.PLUGIN_NAME, config.BLIND) if (address := layout.plugin_of(name)[0])]
     if there and getattr(sys.modules.get(REGISTERED), "stamp", None) != stamp:
         raise ImportError(
@@ -240,7 +240,7 @@ def _new_plugins() -> list[Plugin]:
     """Return the plugin's structs, with sensors and without, complete but for the Python functions."""
     for function in (*(getattr(layout.LIBRARY, name) for name in CALLED), ctypes.pythonapi.PyMem_RawFree):
         llvmlite.binding.add_symbol(function.__name__, ctypes.cast(function, ctypes.c_void_p).value)
-    with jit.compiling("the MuJoCo plugin", COMPILE_TIME):
+    with compiling("the MuJoCo plugin", COMPILE_TIME):
         from contactlaw.mujoco_plugin import callbacks  # its compilation needs the symbols just added
 
     plugins, passive = [Plugin(), Plugin()], int(mujoco.mjtPluginCapabilityBit.mjPLUGIN_PASSIVE)
@@ -252,7 +252,7 @@ def _new_plugins() -> list[Plugin]:
         plugin.capabilityflags, plugin.needstage = passive | sensor, int(mujoco.mjtStage.mjSTAGE_ACC)
         for called in ("compute", "advance", "reset", "destroy"):
             setattr(plugin, called, callbacks.ADDRESSES[called])
-    _keep_alive(plugins, keys, jit.CALLBACKS)
+    _keep_alive(plugins, keys, CALLBACKS)
     return plugins
 
 

@@ -25,7 +25,7 @@ from contactlaw.memory import caller, whole_at
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import entry, floats, head_at, number, sensor_at, shifted
 from contactlaw.mujoco_plugin.free import mean_share
-from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
+from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.world.data.access import body_at, contact_at, world_at
 from contactlaw.world.data.records import CLOSED, FREE
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, store, sub, to_world
@@ -221,4 +221,4 @@ def meets(head, site, x, direction):
     return ray(at, turn, size, room, shifted(room, 3), kind, POINTER(0)) >= 0.0
 
 
-jit_module(__name__, jit)
+jit_module(__name__)

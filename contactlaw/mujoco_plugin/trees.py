@@ -30,13 +30,14 @@ from contactlaw.mujoco_plugin.block import (
     shifted,
 )
 from contactlaw.mujoco_plugin.joint_forces import (
-    follow_springs,
+    change_of_tendons,
+    follow_tendons,
     move_springs,
     read_equalities,
     read_limits,
     read_springs,
 )
-from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
+from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.mujoco_plugin.notices import TOWED, report_once
 from contactlaw.world.bodies.motion import is_static
 from contactlaw.world.data.access import axis_at, body_at, link_at, near_at, tree_at, world_at
@@ -216,7 +217,9 @@ def read_tree(head, j, t):
     a = rest_accelerations(t, head.step_size) if leads or follows else vector(t.a, n)
     gather(head, velocities, j.v, v)
     if tendons:
-        follow_springs(head, j, t, follows)
+        change = change_of_tendons(head, j, t)
+        if follows:
+            follow_tendons(head, t, change)
     read_springs(head, j, t)
     for i in range(n if leads else 0):
         v[i] += head.lag * a[i]  # the velocities at the time of the coordinates
@@ -289,4 +292,4 @@ def addresses() -> dict[str, int]:
         return {"tree_stage": address_of(serve, SERVE, layout.KEY), "tree_force": address_of(press, PRESS, layout.KEY)}
 
 
-jit_module(__name__, jit)
+jit_module(__name__)

@@ -174,9 +174,10 @@ class ContactCallback:
             raise ValueError(f"handle = {handle!r}: a contact of sets; use states")
         return self._scene.states(handle, both)[0]
 
-    def states(self, handle: int) -> list[ContactState]:
-        """Return the contacts of a handle that touched within the last step."""
-        self._contact(handle)
+    def states(self, handle: int | None = None) -> list[ContactState]:
+        """Return the contacts, of a handle or of all, that touched within the last step."""
+        if handle is not None:
+            self._contact(handle)
         return self._scene.states(handle)
 
     def ledger(self, handle: int) -> Ledger:

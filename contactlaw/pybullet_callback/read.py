@@ -143,14 +143,14 @@ def has_flown(block):
         if not off <= 2.0 * norm(fall) + rows.EXACT * (norm(x) + norm(way)):
             return rows.STRAYED
         turn = scale(dt, load(r.left.spin))
-        if b.reach > 0.0 and not norm(sub(twist_of(r), turn)) <= 0.5 * norm(turn) + rows.EXACT:
+        if b.oriented != 0 and not norm(sub(twist_of(r), turn)) <= 0.5 * norm(turn) + rows.EXACT:
             return rows.STRAYED
     for k in range(head.count):
         r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
         if r.mass == 0.0:
             continue
         store(r.before.velocity, scale(1.0 / dt, sub(load(r.after.position), load(r.left.position))))
-        if b.reach > 0.0:
+        if b.oriented != 0:
             twist = twist_of(r)
             store(r.before.spin, scale(1.0 / dt, twist))
             b.turned += norm(twist)

@@ -119,9 +119,11 @@ def turn_in(dt, spin):
 
 def tumbles(b, dt):
     """Return whether a body in free flight turns such that Bullet would do it wrong."""
+    if b.oriented == 0:
+        return False
     spin = load(b.spin)
     turn, change = dt * norm(spin), dt * norm(spin_change(b, gyroscopic(b, spin)))
-    return b.reach > 0.0 and (turn >= MOST_TURN or change > MOST_TUMBLE * norm(spin))
+    return turn >= MOST_TURN or change > MOST_TUMBLE * norm(spin)
 
 
 def torque_for(r, b, rate):

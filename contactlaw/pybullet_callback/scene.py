@@ -153,8 +153,8 @@ class Scene:
                 contact.told.add((one.key, two.key, text))
                 yield f"{one} and {two}", text.format(doubt_value(record, bit))
 
-    def states(self, handle: int, *these: tuple[Key, Key]) -> list[ContactState]:
-        """Return the contacts of a handle that touched within the last step, and those of `these` in any case."""
+    def states(self, handle: int | None, *these: tuple[Key, Key]) -> list[ContactState]:
+        """Return the contacts of a handle, None: of all, that touched in the last step, and those of `these` anyway."""
         out, arrays = {both: ContactState(*both) for both in these}, self.bodies.arrays
         for slot, record in self.contacts(handle):
             _, one, two, sign = self.sides_of(record)

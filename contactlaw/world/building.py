@@ -184,7 +184,7 @@ class Building(Shapes):
                 if checks.count(name, number, 0) >= len(self._memberships):
                     raise ValueError(f"{name} = {number}: there are {len(self._memberships)} shapes, counted from 0")
         if len(sets[0]) == 1 and sets[0] == sets[1]:
-            raise ValueError(f"shapes1 = shapes2 = {sets[0][0]}: must be two shapes, as add_... returned them")
+            raise ValueError(f"shapes1 = shapes2 = {sets[0][0]}: must be two different shapes")
         for side, numbers in enumerate(sets):
             for number in numbers:
                 self._memberships[number] += (2 * len(self._rules) + side,)

@@ -45,7 +45,8 @@ IMMEDIATE = 1e-6  # of the time left of a window: shapes in contact close within
 def integrate(w, root, now, until):
     """Integrate an island through a window, from a time of the step to another [s].
 
-    If a body is lost, the positions of all bodies of the island become NaN, which engines detect and report.
+    If a body is lost, the positions of all bodies of the island become NaN, which engines detect and report; the first
+    such body of a step is noted in `w`.
     """
     bodies, t = list_bodies(w, root), now
     while t < until:
@@ -53,7 +54,11 @@ def integrate(w, root, now, until):
         t = fly_to_touch(w, bodies, pairs, t, now, until)
         if until - t > SHORTEST * (until - now):
             t = take_substeps(w, bodies, pairs, t, now, until)
-            if is_lost(w, bodies, until - now):
+            first = lost_body(w, bodies, until - now)
+            if first > 0:
+                if w.lost_body == 0:
+                    b = body_at(w.bodies, first)
+                    w.lost_body, w.lost_speed = first, norm(load(b.velocity)) + b.reach * norm(load(b.spin))
                 for i in range(bodies):
                     b = body_at(w.bodies, whole_at(w.island_bodies, i))
                     b.time, b.done = w.step, 1
@@ -180,7 +185,7 @@ def take_substeps(w, bodies, pairs, t, now, until):
         review = going and shorter < (NEVER if closed <= w.crowd else LEAST_CHANGE * next_h)
         if review or (going and since_review == BLOCK):
             target = max(min(substep_length(w, pairs, coasting, t), left), shortest)
-            going = not is_lost(w, bodies, until - now)
+            going = lost_body(w, bodies, until - now) == 0
             if not may_keep(target, next_h):
                 next_h = left / ceil(left / target - 1e-9)
             since_review = 0
@@ -237,11 +242,17 @@ def kick_bodies(w, pairs, h, next_h):
             end_contact(p, c)
 
 
-def is_lost(w, bodies, time):
-    """Return whether a surface of an island has moved faster than LOST_SPEED for a time [s], or to NaN."""
-    out = False
+def lost_body(w, bodies, time):
+    """Return the body of an island whose surface has moved furthest, faster than LOST_SPEED for a time [s], or to NaN.
+
+    0: there is none.
+    """
+    out, furthest = 0, LOST_SPEED * time
     for i in range(bodies):
-        out = out or not body_at(w.bodies, whole_at(w.island_bodies, i)).path < LOST_SPEED * time
+        k = whole_at(w.island_bodies, i)
+        path = body_at(w.bodies, k).path
+        if furthest == furthest and not path < furthest:
+            out, furthest = k, path
     return out
 
 

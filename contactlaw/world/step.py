@@ -53,7 +53,8 @@ SHORTEST = 1e-6  # of a step: least length of a window
 def step(world, dt, count):
     """Move a world by up to `count` steps of dt [s]; return how many were made.
 
-    It stops before a step for which the arrays may be too small, and after a step in which an exception was kept.
+    It stops before a step for which the arrays may be too small, and after one in which an exception was kept or a body
+    was lost.
 
     world: array of one `records.WORLD`, with the addresses of its arrays. Between two calls the user may change
     positions, velocities and accelerations.
@@ -62,7 +63,7 @@ def step(world, dt, count):
     for i in range(count):
         if not (ready(w, STEP) and call_step(address(w, STEP), w, dt, GROWING_ROOM)):
             return i
-        if error_pending(w.demand):
+        if error_pending(w.demand) or w.lost_body > 0:
             return i + 1
     return count
 
@@ -232,7 +233,7 @@ def take_implicit_steps(w):
 def begin(w, dt):
     """Prepare a step of dt [s]: bodies, guards, slots of contacts; list near pairs anew if the list is out of date."""
     w.step = dt
-    w.twists, w.rested = TWIST_ALWAYS, 1
+    w.twists, w.rested, w.lost_body = TWIST_ALWAYS, 1, 0
     for i in range(w.body_count):
         begin_body(w, body_at(w.bodies, i), dt)
     for k in range(w.guard_count):

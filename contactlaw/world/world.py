@@ -54,20 +54,26 @@ class World(Building):
 
         Raises:
             RuntimeError: More shapes came near each other within one step than there was room for; or the motion is no
-                longer finite.
+                longer finite, the message then names the body that was lost first.
         """
         left = checks.count("n", n, 0)
         while left > 0:
             world = self.arrays.bound().world
             made = step(world, self.timestep, left)
             world["time"] += made * self.timestep
-            left -= made
+            left = left - made if world["lost_body"][0] == 0 else 0
             if not PENDING_ERROR and left > 0:  # or it raises
                 self._arrays = with_more_room(self.arrays)
         if self.arrays.world["lost"][0] > 0:
             raise RuntimeError("a step lost contacts: too many shapes came near each other in it; make it shorter")
-        if not np.isfinite(self.arrays.bodies["position"]).all():
-            raise RuntimeError("the motion is no longer finite: speeds or overlaps are beyond what numbers can hold")
+        finite = np.isfinite(self.arrays.bodies["position"]).all(1)
+        if not finite.all():
+            lost, speed = self.arrays.world[["lost_body", "lost_speed"]][0]
+            how = f", at {speed:.2g} m/s" if lost and np.isfinite(speed) else ""
+            raise RuntimeError(
+                f"body {(lost or np.argmin(finite)) - 1}{how}: the motion is no longer finite: speeds or overlaps are "
+                "beyond what numbers can hold"
+            )
 
     @property
     def time(self) -> float:

@@ -29,7 +29,6 @@ class EngineWorld(World):
         self.callback: ContactCallback | None = None
         self._untouched: Any = None
         self._dressed = False
-        self.handles: list[int] = []
         """Of the contacts by the law."""
         self._pairs: list[tuple[list[str], list[str]]] = []
 
@@ -77,7 +76,7 @@ class EngineWorld(World):
         first, second = ([self.ids[name] for name in names] for names in (ones, twos))
         self._pairs.append((ones, twos))
         how = {"substeps": self.tuning.substeps, "groups": self.tuning.groups}
-        self.handles.append(self.callback.add_contact(first, second, pair, **how))
+        self.callback.add_contact(first, second, pair, **how)
 
     def _touch_natively(self, ones: list[str], twos: list[str], pair: ContactPair, speed: float) -> None:
         """Bullet's own contact, set to bounce; it multiplies the friction and restitution of two bodies."""
@@ -164,7 +163,7 @@ class EngineWorld(World):
 
     def _read(self) -> State:
         places, turns, speeds, spins = [], [], [], []
-        states = [state for handle in self.handles for state in (self.callback.states(handle) if self.callback else [])]
+        states = self.callback.states() if self.callback else []
         pressed = {side[0] for state in states if state.overlap > 0.0 for side in (state.a, state.b)}
         if self.time == 0.0:
             pressed = {self.ids[body.name] for body in self.bodies if self._lies(body.name)}

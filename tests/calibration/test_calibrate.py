@@ -13,10 +13,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contactlaw import MATERIALS, Body, calibrate, collide, contact_velocities
-from contactlaw.calibration.result import SLIDES, SLIDES_FIRST, STICKS_FIRST
+from contactlaw.calibration.result import SLIDES, SLIDES_FIRST, STICKS_FIRST, Estimate
 from contactlaw.pair import ContactPair
 
 pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="fits take minutes uncompiled")  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    ("uncertainty", "text"),
+    [
+        (0.0, "0.25 (to a millionth or better)"),
+        (1e-13, "0.25 (to a millionth or better)"),
+        (0.002, "0.2500 +- 0.0020 (0.8 %)"),
+    ],
+)
+def test_an_estimate_tells_its_uncertainty(uncertainty, text):
+    """Without scatter it told +- 0.00000000."""
+    assert str(Estimate("measured", 0.25, uncertainty)) == text
 
 
 @pytest.mark.parametrize("known", [True, False])

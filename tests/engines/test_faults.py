@@ -43,7 +43,7 @@ def test_a_file_that_the_model_includes_is_not_overwritten(tmp_path):
     )
     before = {path: path.read_bytes() for path in tmp_path.iterdir()}
     for target in before:
-        with pytest.raises(ValueError, match="another file than the model's own and what it refers to"):
+        with pytest.raises(ValueError, match="must be another file than the model's own and what it refers to"):
             save_model(tmp_path / "scene.xml", target, CONTACTS)
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
     mujoco.MjModel.from_xml_path(str(save_model(tmp_path / "scene.xml", tmp_path / "new.xml", CONTACTS)))
@@ -62,7 +62,7 @@ def test_a_target_in_no_folder(tmp_path):
 
 def test_a_target_that_is_no_file(tmp_path):
     for target in (tmp_path, "/dev/full"):
-        with pytest.raises(ValueError, match="is no file"):
+        with pytest.raises(ValueError, match="exists; must be a file"):
             save_model(scene(), target, CONTACTS)
 
 

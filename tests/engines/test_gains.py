@@ -89,3 +89,22 @@ def test_a_ball_that_a_tendon_swings_on_the_floor_gains_nothing(joints, step):
         mujoco.mj_step(model, data)
         energy.append(0.5 * 0.1 * data.qvel[across] ** 2 + 0.5 * 50.0 * data.qpos[across] ** 2)
     assert max(energy) < energy[0] * (1.0 + 1e-3)
+
+
+def test_a_ball_joint_keeps_its_swing_beside_a_tendon_in_a_tree_that_is_pressed():
+    """Its spring acts within the step; a second time, as what the tendon follows, it took half of this energy."""
+    model = load_model(
+        """<mujoco><option timestep="2e-3"/><worldbody><geom type="plane" size="1 1 .1"/><body pos="0 0 .05">
+        <joint type="slide" axis="0 0 1"/><geom size=".05" mass="1"/><body pos="0 0 .3"><joint type="ball"
+        stiffness=".4"/><inertial pos="0 0 0" mass=".1" diaginertia="1e-3 1e-3 1e-3"/></body><body pos="0 0 .6">
+        <joint name="x"/><inertial pos="0 0 0" mass=".1" diaginertia="1e-3 1e-3 1e-3"/></body></body></worldbody>
+        <tendon><fixed stiffness=".1"><joint joint="x" coef="1"/></fixed></tendon></mujoco>""",
+        [("*", "*", ContactPair("rubber", "rubber", friction=0.0, restitution=0.5))],
+    )
+    data = mujoco.MjData(model)
+    data.qvel[1:5] = [2.0, 0.0, 0.0, 2.0]
+    mujoco.mj_step(model, data, 1000)
+    assert contacts_of(model, data)[0].touching
+    turned = 2.0 * np.arctan2(data.qpos[2], data.qpos[1])
+    assert 0.5e-3 * data.qvel[1] ** 2 + 0.5 * 0.4 * turned**2 == pytest.approx(2e-3, rel=1e-3)
+    assert 0.5e-3 * data.qvel[4] ** 2 + 0.5 * 0.1 * data.qpos[5] ** 2 == pytest.approx(2e-3, rel=1e-3)

@@ -184,7 +184,10 @@ START = """<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/>
 def test_overlaps_at_the_start_are_said_with_their_geoms():
     text = "'leg' by 80 mm, 'one' and 'two' by 48.7 mm, 'floor' and 'one' by 20 mm"
     with pytest.warns(ContactWarning, match=text):
-        load_model(START, [("*", "*", SOFT)])
+        model = load_model(START, [("*", "*", SOFT)])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mujoco.mj_step(model, mujoco.MjData(model))
     with pytest.raises(ValueError, match=f"overlaps = 'raise': .*{text}"):
         load_model(START, [("*", "*", SOFT)], overlaps="raise")
     with warnings.catch_warnings():

@@ -21,6 +21,7 @@ def test_restart_within_a_contact_is_exact(client: int, dt: float, before: int) 
     p.setGravity(0, 0, -9.81, client)
     p.setTimeStep(dt, client)
     callback = ContactCallback(client)
+    assert callback.states() == []
     handles = [callback.add_contact(body, floor, pair_of()), callback.add_contact([other], [body, floor], pair_of())]
     step(callback, before)
     state, saved = p.saveState(client), callback.save()
@@ -33,6 +34,7 @@ def test_restart_within_a_contact_is_exact(client: int, dt: float, before: int) 
     first = end()
     p.restoreState(state, physicsClientId=client)
     callback.restore(saved)
+    assert len(callback.states()) == sum(map(len, forces))
     for handle, old in zip(handles, forces, strict=True):
         for a, b in zip(callback.states(handle), old, strict=True):
             np.testing.assert_array_equal(a.force, b.force)

@@ -46,15 +46,14 @@ def list_near(w):
 
     The margins are for several steps, or for one step if the arrays are too small for that many near pairs.
     """
-    lost, wholes, ends, solids, cores, parts = w.lost, 0, 0, 0, 0, 0
+    lost, wholes, ends, cores = w.lost, 0, 0, 0  # cores: by how many they outnumber round shapes
     for i in range(w.shape_count):
-        kind, part = shape_at(w.shapes, i).kind, is_part(shape_at(w.shapes, i))
-        wholes += 0 if part else 1
-        ends += 1 if kind == END else 0
-        solids += 1 if not part and kind != END and kind < PLANE else 0
-        cores += 1 if BOX <= kind < PLANE else 0
-        parts += 1 if part and kind < PLANE else 0
-    have_parts = parts > 0 and 2 * cores >= solids
+        s = shape_at(w.shapes, i)
+        wholes += 0 if is_part(s) else 1
+        ends += 1 if s.kind == END else 0
+        if not is_part(s) and s.kind != END and s.kind < PLANE:
+            cores += 1 if s.kind >= BOX else -1
+    have_parts = wholes < w.shape_count and cores >= 0
     lasts = PARTS_MARGIN_STEPS if have_parts else MARGIN_STEPS * max(sqrt(wholes) / w.body_count, 1.0)
     lasts = min(lasts, BRIEF_STEPS) if w.brief != 0 else lasts
     few = wholes - ends <= FEW

@@ -83,7 +83,7 @@ class Tree:
             if not part.joints:
                 raise ValueError(f"joints: part {number} has none; make it one body with its parent")
             if checks.count("parent", part.parent, -1) >= number:
-                raise ValueError(f"parent = {part.parent}: of part {number} must be from -1 to {number - 1}")
+                raise ValueError(f"parent = {part.parent} of part {number}: must be -1, for none, or an earlier part")
         self.rows = records_of([_checked(part) for part in parts])
         self.start = self.rows.start
         self.q_size, self.v_size = self.start.size, self.rows.axes.size
