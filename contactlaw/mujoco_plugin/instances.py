@@ -50,17 +50,22 @@ def leads(view: layout.ModelView, number: int) -> bool:
 
 
 def unserved_readers(view: layout.ModelView) -> Iterator[str]:
-    """Yield a warning for each adhesion actuator and contact sensor on geoms of the law.
+    """Yield a warning for what the engine's own contacts alone know, where it is on geoms of the law.
 
-    They know the engine's own contacts alone.
+    These are adhesion actuators, contact sensors, and (from MuJoCo 3.11) adhesion and surface velocity of geoms.
     """
     sticky, sensors = (np.flatnonzero(own) for own in (view.actuator_trntype == _ADHESION, view.sensor_type == _SENSOR))
-    if not (sticky.size or sensors.size):
+    bare = np.zeros((view.ngeom, 1))
+    own = {name: getattr(view, f"geom_{name}", bare).reshape(view.ngeom, -1) for name in ("adhesion", "surfacevel")}
+    own = {name: np.flatnonzero(values.any(1)).tolist() for name, values in own.items()}
+    if not (sticky.size or sensors.size or any(own.values())):
         return
     geoms = {geom for number in contact_instances(view) for geom in ContactInstance(view, number).geoms}
     bodies = set(view.geom_bodyid[list(geoms)].tolist())
     trees = {above for body in bodies for above in view.chain(body)}
     of_law = {_GEOM: geoms, _BODY: bodies, _TREE: trees | {0}}  # a site, or no object, may have any geoms
+    for name, geom in ((name, geom) for name, some in own.items() for geom in some if geom in geoms):
+        yield f"geom {view.label('geom', geom)}: {name} acts by the engine's own contacts, and not by those of the law"
     for k in sticky.tolist():
         body = int(view.actuator_trnid[k, 0])
         if body in bodies:

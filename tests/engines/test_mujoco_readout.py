@@ -103,3 +103,12 @@ def test_what_knows_the_contacts_of_the_engine_alone_is_told_of():
         "actuator 'grip': adhesion of body 'b' acts by the engine's own contacts, and not by those of the law" in said
     )
     assert model.nsensor == 5
+
+
+@pytest.mark.parametrize(("name", "value"), [("adhesion", "1"), ("surfacevel", "1 0 0 0 0 0")])
+def test_what_geoms_do_by_the_contacts_of_the_engine_alone_is_told_of(name, value):
+    if not hasattr(mujoco.MjModel, f"geom_{name}"):
+        pytest.skip("geoms of this MuJoCo have none")
+    floor = BALL.replace('"floor"', f'"floor" {name}="{value}"')
+    with pytest.warns(ContactWarning, match=f"geom 'floor': {name} acts by the engine's own contacts"):
+        load_model(floor, [("ball", "floor", steel_pair())])
