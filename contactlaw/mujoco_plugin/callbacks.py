@@ -320,8 +320,10 @@ def advance(m, d, instance):
     """After the engine's step: take that of the world and write the bodies that were touched."""
     if not is_active(m, d, instance):
         return
-    head = head_of(m, d, instance)
-    if model_at(m, 0).opt.disableflags & layout.NO_PASSIVE == layout.NO_PASSIVE:  # MuJoCo has not called `compute`
+    head, opt = head_of(m, d, instance), model_at(m, 0).opt
+    if opt.enableflags & layout.SLEEP:
+        report_once(head, notices.SLEEPS, 0.0)
+    if opt.disableflags & layout.NO_PASSIVE == layout.NO_PASSIVE:  # MuJoCo has not called `compute`
         report_once(head, notices.SWITCHED_OFF, 0.0)
         return
     done = step_world(head)

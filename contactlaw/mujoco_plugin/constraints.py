@@ -25,7 +25,7 @@ def skip_constraints(model: mujoco.MjModel) -> bool:
         Whether the stage is off.
     """
     view = layout.view_of(model)
-    bound = view.neq or view.ntendon or view.nflex or (view.jnt_type != FREE).any()
+    bound = view.neq or view.ntendon or view.nflex or (view.jnt_type != FREE).any() or view.dof_frictionloss.any()
     if contact_instances(view) and not bound and not _makes_contacts(view):
         model.opt.disableflags |= OFF
     return bool(model.opt.disableflags & OFF)

@@ -34,6 +34,7 @@ EVERY = "*"
 MAX_KINDS = 30  # bits of contype, which is a C int, without those of its sign and of `NO_CONTYPE`
 NAMED = 4  # kinds of contacts that a warning names
 NO_CONTYPE = 1 << 30  # bit of conaffinity that no contype has: it keeps a geom from counting as visual
+TACTILE = getattr(mujoco.mjtSensor, "mjSENS_TACTILE", None)  # a sensor that is refused on a visual geom
 
 
 def parse_contacts(
@@ -190,6 +191,7 @@ def _write_bits(spec: mujoco.MjSpec, kinds: dict[Any, list[Any]], kept: dict[Any
     own = {row: 1 << number for number, row in enumerate(dict.fromkeys(row for row in rows.values() if row))}
     if len(own) > MAX_KINDS:
         raise ValueError(f'"*": the engine\'s own contacts that stay are of {len(own)} kinds; at most {MAX_KINDS}')
+    not_visual = spec.compiler.discardvisual or any(sensor.type == TACTILE for sensor in spec.sensors)
     for kind, items in kinds.items():
         contype = own.get(rows[kind], 0)
         affinity = 0
@@ -197,7 +199,7 @@ def _write_bits(spec: mujoco.MjSpec, kinds: dict[Any, list[Any]], kept: dict[Any
             affinity |= own[rows[partner]]
         for item in items:
             item.contype, item.conaffinity = contype, affinity
-            if not contype and spec.compiler.discardvisual:
+            if not contype and not_visual:
                 item.conaffinity = NO_CONTYPE
 
 

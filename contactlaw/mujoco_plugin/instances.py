@@ -24,7 +24,9 @@ from contactlaw.world.near.sets import Sets, groups
 
 FILTER_PARENT = int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
 _GEOM, _BODY, _TREE = (int(getattr(mujoco.mjtObj, f"mjOBJ_{name}")) for name in ("GEOM", "BODY", "XBODY"))
-_ADHESION, _SENSOR = int(mujoco.mjtTrn.mjTRN_BODY), int(getattr(mujoco.mjtSensor, "mjSENS_CONTACT", -1))
+_ADHESION = int(mujoco.mjtTrn.mjTRN_BODY)
+_SENSORS = [int(getattr(mujoco.mjtSensor, f"mjSENS_{name}", -1)) for name in ("CONTACT", "TACTILE")]
+_GRID = "mujoco.sensor.touch_grid"  # a plugin of MuJoCo's own
 
 
 def configured(view: layout.ModelView, number: int) -> Iterator[tuple[str, str]]:
@@ -50,17 +52,24 @@ def leads(view: layout.ModelView, number: int) -> bool:
 
 
 def unserved_readers(view: layout.ModelView) -> Iterator[str]:
-    """Yield a warning for each adhesion actuator and contact sensor on geoms of the law.
+    """Yield a warning for what the engine's own contacts alone know, where it is on geoms of the law.
 
-    They know the engine's own contacts alone.
+    These are adhesion actuators, sensors of contacts, and (from MuJoCo 3.11) adhesion and surface velocity of geoms.
     """
-    sticky, sensors = (np.flatnonzero(own) for own in (view.actuator_trntype == _ADHESION, view.sensor_type == _SENSOR))
-    if not (sticky.size or sensors.size):
+    grids = (view.sensor_plugin >= 0) & (view.plugin[view.sensor_plugin] == layout.plugin_of(_GRID)[1])
+    sticky = np.flatnonzero(view.actuator_trntype == _ADHESION)
+    sensors = np.flatnonzero(np.isin(view.sensor_type, _SENSORS) | grids)
+    bare = np.zeros((view.ngeom, 1))
+    own = {name: getattr(view, f"geom_{name}", bare).reshape(view.ngeom, -1) for name in ("adhesion", "surfacevel")}
+    own = {name: np.flatnonzero(values.any(1)).tolist() for name, values in own.items()}
+    if not (sticky.size or sensors.size or any(own.values())):
         return
     geoms = {geom for number in contact_instances(view) for geom in ContactInstance(view, number).geoms}
     bodies = set(view.geom_bodyid[list(geoms)].tolist())
     trees = {above for body in bodies for above in view.chain(body)}
     of_law = {_GEOM: geoms, _BODY: bodies, _TREE: trees | {0}}  # a site, or no object, may have any geoms
+    for name, geom in ((name, geom) for name, some in own.items() for geom in some if geom in geoms):
+        yield f"geom {view.label('geom', geom)}: {name} acts by the engine's own contacts, and not by those of the law"
     for k in sticky.tolist():
         body = int(view.actuator_trnid[k, 0])
         if body in bodies:

@@ -21,6 +21,9 @@ v - K I r. Within the step they act as in the engine. With
 the force is the engine's at the accelerations and velocities for which the engine found it, and answers to changes of
 both like a mass and a damper. r changes by h/2 J v in the mean over a step h. If the force were held constant, a weld
 would go on pushing a light hand with 20 times its weight after a contact has stopped the hand.
+
+The integrator `discrete` evaluates limits and equalities at the end of its step, v + h a and r + h (v + h a), and has
+D (1 + h B + h^2 K I) in place of D (MuJoCo documentation, Computation, "Numerical integration").
 """
 
 from numba import types
@@ -50,7 +53,7 @@ from contactlaw.world.trees.mobility import clear
 def read_limits(head, j, t):
     """Read the active joint limits of a tree; the other forces of the step are known."""
     m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
-    first = d.ne + d.nf
+    first, ahead = d.ne + d.nf, steps_ahead(head)
     answer, factor = vector(t.room, n), vector(t.factor, (n, n))
     gather(head, head.given, j.v, answer)
     solve_lt(t, factor, answer, n - 1, True)
@@ -68,12 +71,21 @@ def read_limits(head, j, t):
         beyond, weight = number(d.efc_pos, row), number(d.efc_D, row)
         r = beyond - number(d.efc_margin, row)
         side = 1.0 if abs(q - ends[0] - beyond) < abs(ends[1] - q - beyond) else -1.0
+        stiffness = reference[0] * reference[2]
+        weight /= 1.0 + ahead * (reference[1] + ahead * stiffness)
         weight /= 1.0 + weight * mobility_along(t, k)
         axis.side, axis.weight = side, weight
         axis.edge = side * q - r
-        axis.stiffness, axis.resistance = weight * reference[0] * reference[2], weight * reference[1]
+        v += ahead * number(d.qacc, place)
+        r += ahead * side * v
+        axis.stiffness, axis.resistance = weight * stiffness, weight * reference[1]
         axis.hold = force + axis.stiffness * r + axis.resistance * side * v + weight * side * answer[k]
         vector(t.f, n)[k] -= side * force
+
+
+def steps_ahead(head):
+    """Return how long [s] after the start of its step the engine evaluates limits and equalities."""
+    return head.step_size if model_at(head.model, 0).opt.integrator == layout.DISCRETE else 0.0
 
 
 def read_springs(head, j, t):
@@ -205,7 +217,7 @@ def read_equalities(head, j, t):
     """Read the equality constraints of a tree into E, D and f; f and D hold the other forces."""
     d, n = data_at(head.data, 0), t.v_size
     inertia, damping, row = vector(t.e, (n, n)), vector(t.d, (n, n)), vector(t.x, n)
-    f, v, a = vector(t.f, n), vector(t.v_f, n), vector(t.room, n)
+    f, v, a, ahead = vector(t.f, n), vector(t.v_f, n), vector(t.room, n), steps_ahead(head)
     gather(head, d.qacc, j.v, a)
     for k in range(n):
         clear(inertia[k])
@@ -214,11 +226,13 @@ def read_equalities(head, j, t):
         first = entry(d.efc_J_rowadr, i) if sparse else i * head.nv
         values = floats(d.efc_J, first, entry(d.efc_J_rownnz, i) if sparse else head.nv)
         last = read_row(head, j, t, values, entries(d.efc_J_colind, first) if sparse else types.uintp(0))
-        reference, weight = floats(d.efc_KBIP, 4 * i, 3), number(d.efc_D, i)
-        spring = 0.5 * head.step_size * weight * reference[0] * reference[2]
+        reference, whole = floats(d.efc_KBIP, 4 * i, 3), number(d.efc_D, i)
+        weight = whole / (1.0 + ahead * (reference[1] + ahead * reference[0] * reference[2]))
+        stiffness = weight * reference[0] * reference[2]
+        spring = 0.5 * head.step_size * stiffness
         k, push = last, 0.0
         while k >= 0:
-            push += row[k] * (weight * a[k] - spring * v[k])
+            push += row[k] * (whole * a[k] + (ahead * stiffness - spring) * v[k])
             k = axis_at(t.axes, k).parent
         t.coupled, k = 1 if last >= 0 else t.coupled, last
         while k >= 0:

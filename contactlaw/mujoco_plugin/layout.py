@@ -76,10 +76,12 @@ NO_SPRING = int(mujoco.mjtDisableBit.mjDSBL_SPRING)
 NO_PASSIVE = NO_SPRING | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
 """With both flags set, MuJoCo computes no passive forces and does not call the plugin's compute."""
 RUNGE_KUTTA = int(mujoco.mjtIntegrator.mjINT_RK4)
+DISCRETE = int(getattr(mujoco.mjtIntegrator, "mjINT_DISCRETE", -1))  # from 3.13
 IMPLICITFAST = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
 LOSES_SPIN = (3, 7) <= tuple(int(part) for part in mujoco.__version__.split(".")[:2]) <= (3, 10)
 """In these versions `implicitfast` overwrites what a plugin writes to the angular velocity of free bodies."""
 SLEEP = int(getattr(mujoco.mjtEnableBit, "mjENBL_SLEEP", 0))  # from 3.5
+OVERRIDE = int(mujoco.mjtEnableBit.mjENBL_OVERRIDE)
 SENSOR = int(mujoco.mjtPluginCapabilityBit.mjPLUGIN_SENSOR)
 KEY = repr((mujoco.__version__, DATA, MODEL))
 """Part of the cache key of compiled code that depends on the offsets, which Python reaches by `address_of` alone."""

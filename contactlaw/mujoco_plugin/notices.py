@@ -16,7 +16,7 @@ from contactlaw.world.data.access import contact_at, near_at, world_at
 from contactlaw.world.data.call import error_pending, raise_later
 from contactlaw.world.readout import DOUBTFUL, DOUBTS, PUT_IN, doubt_value, doubts_of
 
-FULL, DAMAGED, SWITCHED_OFF, UNSAVED, EDITED, TOWED = (1 << bit for bit in range(len(DOUBTS), 10))
+FULL, DAMAGED, SWITCHED_OFF, UNSAVED, EDITED, TOWED, SLEEPS = (1 << bit for bit in range(len(DOUBTS), 11))
 
 TEXTS = DOUBTFUL | {
     EDITED: "the model has been edited, and the law keeps the old values: ",
@@ -25,6 +25,7 @@ TEXTS = DOUBTFUL | {
     "damaged); contacts start anew",
     SWITCHED_OFF: "disableflags: spring and damper are both disabled, and with them all passive forces: "
     "the law's contacts are off",
+    SLEEPS: "enableflags: sleep is on; what the engine puts to sleep does not rest by the law",
     UNSAVED: "plugin_state has no room for {:.0f} of the contacts: they start anew when this state is restored",
     TOWED: "body {:.0f} carries others by joints and moves with a mocap body: contacts do not know its velocity; give "
     "it a free joint, and weld it to the mocap body by an equality",

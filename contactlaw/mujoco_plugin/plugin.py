@@ -58,6 +58,8 @@ def init(model: int, data: int, number: int) -> int:
         view = layout.ModelView(model)
         if view.option("enableflags") & layout.SLEEP:
             raise ValueError("enableflags: sleep must be off; a body that is struck by the law would not wake")
+        if view.option("enableflags") & layout.OVERRIDE and (view.pair_margin < 0.0).any():
+            raise ValueError("enableflags: override must be off; it brings back contacts that pairs turn off")
         if layout.LOSES_SPIN and view.option("integrator") == layout.IMPLICITFAST:
             raise ValueError("integrator: implicitfast of MuJoCo 3.7 to 3.10 loses the spin of impacts; take implicit")
         if view.option("disableflags") & layout.NO_PASSIVE == layout.NO_PASSIVE:

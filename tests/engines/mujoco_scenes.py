@@ -16,6 +16,7 @@ RADIUS, DENSITY = 0.0254, 7833.0
 MASS = 4.0 / 3.0 * np.pi * RADIUS**3 * DENSITY
 GEOM = mujoco.mjtGeom
 WHOLE = mujoco.mjtState.mjSTATE_FULLPHYSICS
+DISCRETE = ["discrete"] if hasattr(mujoco.mjtIntegrator, "mjINT_DISCRETE") else []  # from MuJoCo 3.13 on
 
 
 def state_of(model, data):

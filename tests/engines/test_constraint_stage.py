@@ -40,6 +40,7 @@ def test_the_stage_is_off_where_the_law_makes_all_contacts_of_free_bodies_and_no
     [
         {"inside": '<body pos="0 0 .03"><joint/><geom name="arm" size=".005"/></body>'},
         {"outside": '<equality><connect body1="box" anchor="0 0 0"/></equality>'},
+        {"world": '<body pos="0 0 1"><joint type="free" frictionloss="1"/><geom size=".01"/></body>'},
         {"outside": '<tendon><spatial><site site="a"/><site site="b"/></spatial></tendon>'},
     ],
 )

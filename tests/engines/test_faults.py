@@ -13,7 +13,7 @@ import pytest
 from mujoco_scenes import mujoco
 
 from contactlaw import ContactPair, ContactWarning
-from contactlaw.mujoco_plugin import contacts_of, load_model, save_model
+from contactlaw.mujoco_plugin import contacts_of, layout, load_model, save_model
 from contactlaw.mujoco_plugin.drop_in import NEEDS
 from contactlaw.world.data import demand
 
@@ -171,15 +171,22 @@ def test_an_interrupt_while_an_mjdata_is_made_leaves_none_half_made(model, monke
     assert capfd.readouterr().err == "contactlaw: plugin instance 0: KeyboardInterrupt\n"
 
 
-def test_flags_that_turn_the_law_off_are_noticed(model):
-    data, flags = mujoco.MjData(model), model.opt.disableflags
+@pytest.mark.parametrize(
+    ("field", "flags", "said"),
+    [
+        ("disableflags", layout.NO_PASSIVE, "spring and damper are both disabled"),
+        ("enableflags", layout.SLEEP, "sleep"),
+    ],
+)
+def test_flags_that_turn_the_law_off_are_noticed(model, field, flags, said):
+    data, before = mujoco.MjData(model), getattr(model.opt, field)
     mujoco.mj_step(model, data, 3)
-    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SPRING | mujoco.mjtDisableBit.mjDSBL_DAMPER)
+    setattr(model.opt, field, before | flags)
     try:
-        with pytest.warns(ContactWarning, match="spring and damper are both disabled"):
+        with pytest.warns(ContactWarning, match=said):
             mujoco.mj_step(model, data, 10)
     finally:
-        model.opt.disableflags = flags
+        setattr(model.opt, field, before)
     assert np.isfinite(data.qpos).all()
 
 

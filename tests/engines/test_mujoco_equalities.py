@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mujoco_scenes import mujoco
+from mujoco_scenes import DISCRETE, mujoco
 
 from contactlaw import MATERIALS, ContactPair, ContactWarning
 from contactlaw.mujoco_plugin import load_model
@@ -56,7 +56,7 @@ JOINED = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "RK4"])
+@pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "RK4", *DISCRETE])
 @pytest.mark.parametrize("kind", JOINED)
 def test_what_is_joined_to_another_body_is_struck_with_it(kind, integrator):
     """2 kg meet 0.2 kg that an equality joins to 20 kg: alike at any step, with no energy from nothing."""

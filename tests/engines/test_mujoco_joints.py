@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mujoco_scenes import mujoco, steel_pair, with_data
+from mujoco_scenes import DISCRETE, mujoco, steel_pair, with_data
 
 from contactlaw import MATERIALS, ContactPair, Material
 from contactlaw.mujoco_plugin import load_model
@@ -104,7 +104,7 @@ def arm(step, integrator, limit, solref):
 
 
 @pytest.mark.parametrize("material", ["steel", "rubber"])
-@pytest.mark.parametrize("integrator", ["EULER", "RK4", "IMPLICITFAST"])
+@pytest.mark.parametrize("integrator", ["EULER", "RK4", "IMPLICITFAST", *map(str.upper, DISCRETE)])
 def test_a_ball_that_strikes_an_arm_at_its_stop_rebounds_alike_at_any_step(material, integrator):
     """The stop is as stiff as solimp says: 0.95 of what the arm would give way to is held."""
     speeds = []

@@ -221,13 +221,15 @@ def test_the_contact_is_kept_when_a_spec_is_copied_or_attached():
         assert bounce_of(parent.compile()) == pytest.approx(expected, rel=1e-12)
 
 
-def test_sleeping_bodies_are_refused(capfd):
+@pytest.mark.parametrize("flag", ["sleep", "override"])
+def test_flags_that_do_not_go_with_the_law_are_refused(flag, capfd):
+    """What sleeps would not wake; margins that are overridden bring the engine's own contact back, beside the law's."""
     spec, _ = ball_on_floor(steel_pair())
     model = spec.compile()
-    model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+    model.opt.enableflags |= int(getattr(mujoco.mjtEnableBit, f"mjENBL_{flag.upper()}"))
     with pytest.raises(mujoco.FatalError, match="init failed"):
         mujoco.MjData(model)
-    assert "sleep must be off" in capfd.readouterr().err
+    assert f"{flag} must be off" in capfd.readouterr().err
 
 
 def test_a_geom_of_another_spec_is_refused():

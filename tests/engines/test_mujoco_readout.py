@@ -103,3 +103,27 @@ def test_what_knows_the_contacts_of_the_engine_alone_is_told_of():
         "actuator 'grip': adhesion of body 'b' acts by the engine's own contacts, and not by those of the law" in said
     )
     assert model.nsensor == 5
+
+
+@pytest.mark.parametrize(("name", "value"), [("adhesion", "1"), ("surfacevel", "1 0 0 0 0 0")])
+def test_what_geoms_do_by_the_contacts_of_the_engine_alone_is_told_of(name, value):
+    if not hasattr(mujoco.MjModel, f"geom_{name}"):
+        pytest.skip("geoms of this MuJoCo have none")
+    floor = BALL.replace('"floor"', f'"floor" {name}="{value}"')
+    with pytest.warns(ContactWarning, match=f"geom 'floor': {name} acts by the engine's own contacts"):
+        load_model(floor, [("ball", "floor", steel_pair())])
+
+
+def test_sensors_of_skins_are_told_of_and_their_geoms_need_no_native_contact():
+    """A tactile sensor refuses a geom that touches nothing natively."""
+    if not hasattr(mujoco.mjtSensor, "mjSENS_TACTILE"):
+        pytest.skip("this MuJoCo has no such sensor")
+    more = """<site name="skin" size=".03"/></body></worldbody><asset><mesh name="ball" builtin="sphere" params="1"
+    scale=".025 .025 .025"/></asset><extension><plugin plugin="mujoco.sensor.touch_grid"/></extension><sensor>
+    <tactile geom="ball" mesh="ball"/><plugin plugin="mujoco.sensor.touch_grid" objtype="site" objname="skin">
+    <config key="size" value="2 2"/><config key="fov" value="90 90"/></plugin></sensor>"""
+    with pytest.warns(ContactWarning) as told:
+        load_model(BALL.replace("</body></worldbody>", more), [("*", "*", steel_pair())])
+    text = "sensor {}: measures the engine's own contacts, and not those of the law"
+    said = {str(one.message).split(";")[0] for one in told}
+    assert said == {text.format(0), text.format(1)}
