@@ -9,7 +9,8 @@ from contactlaw.jit import jit
 from contactlaw.world import World
 from contactlaw.world.data.access import body_at, shape_at
 from contactlaw.world.data.frames import matrix_of
-from contactlaw.world.shapes.geometry import BACK, effective_radius, meet
+from contactlaw.world.shapes.curvature import effective_radius
+from contactlaw.world.shapes.geometry import BACK, meet
 from contactlaw.world.shapes.gjk import cell_of
 from contactlaw.world.shapes.hulls import by_direction, convex_hull, core_of
 from tests.world.long_shapes import sphere
@@ -55,7 +56,8 @@ def meeting(world, i, j):
     w = world[0]
     sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
     a, b = body_at(w.bodies, sa.body), body_at(w.bodies, sb.body)
-    return meet(sa, a, sb, b), effective_radius(sa, a, sb, b)[0]
+    found = meet(sa, a, sb, b)
+    return found, effective_radius(sa, a, sb, b, *found[1:])[0]
 
 
 def test_a_hull_reaches_as_far_as_its_points_and_its_core_a_radius_less() -> None:

@@ -37,7 +37,7 @@ ask_nearest: Any = caller(
     types.Tuple((VECTOR, NUMBER, VECTOR, types.UniTuple(VECTOR, 3)))(*TWO, VECTOR, NUMBER, types.UniTuple(VECTOR, 3))
 )
 ask_separation: Any = caller(types.Tuple((VECTOR, NUMBER, NUMBER, VECTOR))(*TWO, VECTOR))
-ask_radius: Any = caller(types.Tuple((NUMBER, VECTOR))(*TWO))
+ask_curvatures: Any = caller(types.Tuple((NUMBER, NUMBER, VECTOR))(*TWO, VECTOR, VECTOR))
 ask_time: Any = caller(types.void(NEAR_TYPE, *TWO, VECTOR, VECTOR, NUMBER))
 ask_over_face: Any = caller(types.boolean(VECTOR, VECTOR, NUMBER, SHAPE_TYPE, BODY_TYPE))
 call_roll: Any = caller(types.void(WORLD_TYPE, CONTACT_TYPE, PAIR))

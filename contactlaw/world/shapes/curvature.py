@@ -1,4 +1,4 @@
-"""Effective radius of elliptic Hertz contacts: that of the ball on a plane with the same force law.
+"""Curvatures of all shapes, and the effective radius of a contact: of the ball on a plane with the same force law.
 
 With the relative principal curvatures p <= q [1/m] in two perpendicular directions the contact is an ellipse of half
 axes a >= b, k^2 = 1 - (b/a)^2, where (Johnson 1985, section 4.2)
@@ -13,14 +13,22 @@ from math import atan2, cos, exp, log, log1p, sin, sqrt
 
 from contactlaw.jit import jit_module
 from contactlaw.world.data.access import body_at, shape_at
-from contactlaw.world.data.kinds import BOX, CORNER, EDGE, SEGMENT
-from contactlaw.world.data.vec import add, axpy, dot, load, scale, to_body, to_world
-from contactlaw.world.shapes.geometry import meet
+from contactlaw.world.data.call import ask_curvatures
+from contactlaw.world.data.kinds import BOX, CORNER, DISC, EDGE, ELLIPSOID, HULL, PLANE, SEGMENT, SIDE
+from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub, tangent, to_body, to_world
+from contactlaw.world.shapes.core import CROWN, local
+from contactlaw.world.shapes.ellipsoid import shrink, swell
+from contactlaw.world.shapes.field_places import line_of
+from contactlaw.world.shapes.field_surface import curvatures, normal, surface, within
+from contactlaw.world.shapes.geometry import centre, meet
+from contactlaw.world.shapes.gjk import nearest
+from contactlaw.world.shapes.segments import CAPSULE_CROWN
 
 SCALE = 0.0312022  # of the fit of ln(R sqrt(p q)) in ln(1 + SCALE ln^2(q/p))
 FIT = (1.3265492, 0.13058459, 0.11675849)  # its coefficients
 FLATTEST = 1e-5  # ratio of curvatures, at least: the range of the fit
 ALIGNED = 1.0 - 1e-9  # cosine of the angle between a normal and an axis of a box from which it counts as a face's
+LEVEL = 1e-9  # component of a normal along or across an axis that counts as zero
 UNCLEAR = (
     "touching at the edge of a box, or with the side of a capsule on a box: R = {:.3g} m is taken from the ball or "
     "capsule; give the pair its radius"
@@ -75,27 +83,93 @@ def principal(tt, tu, uu, t, u):
     return mean - differ, mean + differ, add(scale(-sin(angle), t), scale(cos(angle), u))
 
 
-def rim(s, b):
-    """Return `radius_between` of a cylinder's rim and a flat shape; the vector is along the cylinder's axis instead.
+def has_known_radius(sa, sb):
+    """Return whether R of two shapes is that of balls, or a ball on a plane, wherever they touch.
 
-    The rim has the radius of its edge, and that of the circle, as where the cylinder stands upright.
+    Boxes count as flat for all but rims and ellipsoids.
     """
-    p, q = 1.0 / (s.radius + sqrt(dot(load(s.half), load(s.half)))), 1.0 / s.radius
-    return equivalent_radius(p, q), scale(log(q / p), to_world(b.axes, load(s.normal)))
+    flat = sb.curve == 0 or sb.kind >= PLANE
+    return sa.kind < DISC and ((sa.curve == 0 and flat) or sb.kind == BOX)
 
 
-def feature(radius, count, edge):
-    """Return the curvatures, see `radius_between`, of a swept core at a vertex, an edge or a face: count = 1, 2, 3."""
-    k = 1.0 / radius if radius > 0.0 and count < 3 else 0.0
-    return (0.0, k, scale(1.0 / sqrt(dot(edge, edge)), edge)) if count == 2 else (k, k, edge)
+def effective_radius(sa, a, sb, b, n, arm_a, arm_b):
+    """Return R [m] where two shapes meet, and the longer axis of the contact ellipse as `radius_between`.
+
+    n, arm_a, arm_b: as of `geometry.meet`, if it has no known radius. Of two cores, and where an edge crosses one of a
+    hull, the radii are those of edges, at a right angle.
+    """
+    if has_known_radius(sa, sb):
+        return sa.radius if sb.kind >= BOX else sa.radius * sb.radius / (sa.radius + sb.radius), ZERO
+    if sa.kind >= BOX:
+        return sqrt(sa.radius * sb.radius), ZERO
+    one, two = curvatures_of(sb, b, sa, a, scale(-1.0, n), arm_a), curvatures_of(sa, a, sb, b, n, arm_b)
+    if sa.kind == EDGE and sb.kind == HULL and two[1] > 0.0:
+        return sqrt(sa.radius * sb.radius), ZERO
+    return radius_between(one, two)
 
 
-def side_at(s, u, place, crown):
-    """Return the curvatures, see `radius_between`, of a sphere, or of a capsule at a place along its half axis u."""
-    k, square = 1.0 / s.radius, dot(u, u)
-    if square == 0.0 or abs(place) >= 1.0:
-        return k, k, (1.0, 0.0, 0.0)
-    return 2.0 * crown * s.radius / square, k, scale(1.0 / sqrt(square), u)
+def curvatures_of(sa, a, sb, b, n, arm):
+    """Return the curvatures of shape B, see `radius_between`, where it touches shape A.
+
+    n: its outward normal there. arm: of the point of contact from its body's centre of mass [m].
+    """
+    if sb.curve != 0:
+        return ask_curvatures(sb.curve, sa, a, sb, b, n, arm)
+    k = 1.0 / sb.radius if sb.kind < PLANE else 0.0
+    return k, k, ZERO
+
+
+def of_line(sa, a, sb, b, n, arm):
+    """`curvatures_of` a capsule's or a cylinder's side, or an edge; of a sphere at the ends of the former."""
+    u, radius = line_of(sb, b)
+    square, crown = dot(u, u), CROWN if sa.kind >= BOX else CAPSULE_CROWN
+    if abs(dot(sub(arm, centre(sb, b)), u)) >= square and sb.kind != SIDE:
+        return 1.0 / radius, 1.0 / radius, ZERO
+    return 2.0 * crown * sb.radius / square, 1.0 / radius, scale(1.0 / sqrt(square), u)
+
+
+def of_rim(sa, a, sb, b, n, arm):
+    """`curvatures_of` a cylinder's rim: those of its edge and, as where the cylinder stands upright, of the circle."""
+    along = cross(n, to_world(b.axes, load(sb.normal)))
+    far = sb.radius + norm(load(sb.half))
+    return 1.0 / far, 1.0 / sb.radius, scale(1.0 / max(norm(along), 1e-300), along)
+
+
+def of_ellipsoid(sa, a, sb, b, n, arm):
+    """`curvatures_of` an ellipsoid: those of Q^-1 times h, see `ellipsoid`."""
+    t = tangent(n)
+    u = cross(n, t)
+    h, q = sqrt(dot(n, swell(sb, b, n))), shrink(sb, b, t)
+    return principal(h * dot(t, q), h * dot(u, q), h * dot(u, shrink(sb, b, u)), t, u)
+
+
+def of_cylinder(sa, a, sb, b, n, arm):
+    """`curvatures_of` a cylinder's side, end or rim, which is sharp, and counts as flat, for balls and capsules."""
+    m = local(n, sb, b)
+    out, side = norm((m[0], m[1], 0.0)), abs(m[2]) < LEVEL
+    radius = sb.half[0] if side else (sb.radius if sa.kind >= EDGE else 0.0)
+    if out < LEVEL or radius == 0.0:
+        return 0.0, 0.0, ZERO
+    along = (0.0, 0.0, 1.0) if side else (-m[1] / out, m[0] / out, 0.0)
+    return 0.0, 1.0 / radius, to_world(b.axes, to_world(sb.axes, along))
+
+
+def of_core(sa, a, sb, b, n, arm):
+    """`curvatures_of` a box or a hull at a vertex, an edge or a face."""
+    point = add(arm, sub(load(b.position), add(load(a.position), centre(sa, a))))
+    _, _, count, edge = nearest(sa, a, sb, b, point)
+    k = 1.0 / sb.radius if count < 3 else 0.0
+    return (0.0, k, scale(1.0 / norm(edge), edge)) if count == 2 else (k, k, ZERO)
+
+
+def of_field(sa, a, sb, b, n, arm):
+    """`curvatures_of` a height field under a side or an edge; for rims and ellipsoids it counts as flat."""
+    if sa.kind == DISC or sa.kind == ELLIPSOID:
+        return 0.0, 0.0, ZERO
+    foot = local(sub(arm, centre(sb, b)), sb, b)
+    _, slopes, bends = surface(sb, within(foot[0], sb.half[0]), within(foot[1], sb.half[1]))
+    least, most, e = principal(*curvatures(slopes, bends, normal(slopes)))
+    return least, most, to_world(b.axes, to_world(sb.axes, e))
 
 
 def radius_is_clear(w, c):

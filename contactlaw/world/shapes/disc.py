@@ -16,10 +16,9 @@ is the disc swept along the axis too, crowned by C (1 + s^2 + y^2/c^2), s from -
 from math import sqrt
 
 from contactlaw.jit import jit_module
-from contactlaw.world.data.kinds import EDGE, HULL, PLANE, SEGMENT
-from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub, to_world
-from contactlaw.world.shapes.core import CROWN, LEAST, NOWHERE, change_of, deepest_on_line, excess_at, excess_of, local
-from contactlaw.world.shapes.curvature import feature, radius_between, side_at
+from contactlaw.world.data.kinds import HULL, PLANE
+from contactlaw.world.data.vec import axpy, cross, dot, load, norm, scale, to_world
+from contactlaw.world.shapes.core import CROWN, LEAST, NOWHERE, change_of, excess_at, local
 
 ITERATIONS = 60  # of Newton's method at most; it takes three to six
 CUTS = 40  # times that a step is shortened at most, which converges slowly across edges of a hull
@@ -167,22 +166,6 @@ def slope_along(m, e1, e2, made, at, shapes):
     y = nearest_in_disc(axpy(at, along, m), e1, e2, radius, crown / (radius * radius), shapes)
     (e, _, _, _), _, _ = slope_at(axpy(at, along, m), e1, e2, 0.0, y, shapes)
     return y, dot(e, along) + crown * norm(e) * at
-
-
-def radius(sa, a, sb, b):
-    """`geometry.effective_radius` of a ball, a capsule's side or an edge on a cylinder's side or end."""
-    d, u, at, crown = sub(load(a.position), load(b.position)), (0.0, 0.0, 0.0), 0.0, CROWN
-    d = add(d, sub(to_world(a.axes, load(sa.at)), to_world(b.axes, load(sb.at))))
-    rounding = sb.radius if sa.kind >= EDGE else 0.0
-    if sa.kind >= SEGMENT:
-        u = to_world(a.axes, load(sa.half))
-        at, _, _ = deepest_on_line(d, u, rounding, (sa, a, sb, b), 0.0)
-    e = excess_of(local(axpy(at, u, d), sb, b), sb, rounding)
-    axis = to_world(b.axes, to_world(sb.axes, (0.0, 0.0, 1.0)))
-    out = e[0] != 0.0 or e[1] != 0.0
-    around = (sb.half[0] if e[2] == 0.0 else rounding) if out else 0.0
-    edge = axis if e[2] == 0.0 else to_world(b.axes, to_world(sb.axes, (-e[1], e[0], 0.0)))
-    return radius_between(side_at(sa, u, at, crown), feature(around, 2 if out and around > 0.0 else 3, edge))
 
 
 jit_module(__name__)

@@ -20,7 +20,6 @@ from contactlaw.world.data.kinds import BOX, CYLINDER, ELLIPSOID, PLANE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub, tangent, to_body, to_world
 from contactlaw.world.shapes.core import excess_of, local
-from contactlaw.world.shapes.curvature import feature, principal, radius_between
 from contactlaw.world.shapes.geometry import SUNK, centre
 from contactlaw.world.shapes.gjk import nearest, support
 
@@ -235,28 +234,6 @@ def meet(sa, a, sb, b, _along):
         arm_a = axpy(0.5 * (around + gap), n, y)
         arm_b, n = add(arm_a, d), scale(-1.0, n)
     return overlap, n, arm_a, arm_b
-
-
-def curved(s, b, n):
-    """Return the curvatures, see `radius_between`, of an ellipsoid where its normal is n: those of Q^-1 times h."""
-    t = tangent(n)
-    u = cross(n, t)
-    h, q = sqrt(dot(n, swell(s, b, n))), shrink(s, b, t)
-    return principal(h * dot(t, q), h * dot(u, q), h * dot(u, shrink(s, b, u)), t, u)
-
-
-def radius(sa, a, sb, b):
-    """`geometry.effective_radius` with an ellipsoid."""
-    two = feature(0.0, 3, ZERO)
-    if sb.kind == PLANE:
-        one = curved(sa, a, to_world(b.axes, load(sb.normal)))
-    elif sa.kind != ELLIPSOID:
-        n, _, _, count, e, around = nearest_to_ellipsoid(sb, b, sa, a)
-        one, two = curved(sb, b, n), feature(around, count, e)
-    else:
-        n, _, _, count, e, around = nearest_to_ellipsoid(sa, a, sb, b)
-        one, two = curved(sa, a, n), curved(sb, b, n) if sb.kind == ELLIPSOID else feature(around, count, e)
-    return radius_between(one, two)
 
 
 def separate(sa, a, sb, b, n):

@@ -9,19 +9,16 @@ it follows (`geometry.meet_place`). Three contacts fix a ball. On fields too smo
 of them is used, see `places.places_of`.
 """
 
-from math import sqrt
-
 from contactlaw.jit import jit
 from contactlaw.world.data.access import field_at
-from contactlaw.world.data.call import ask_beside, ask_meeting
+from contactlaw.world.data.call import ask_beside
 from contactlaw.world.data.kinds import DISC, ELLIPSOID, SEGMENT
-from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
-from contactlaw.world.shapes.core import CROWN, local, set_back
-from contactlaw.world.shapes.curvature import feature, principal, radius_between, rim
+from contactlaw.world.data.vec import ZERO, add, axpy, load, norm, scale, sub, to_world
+from contactlaw.world.shapes.core import local, set_back
 from contactlaw.world.shapes.disc import lowest_over_plane
-from contactlaw.world.shapes.ellipsoid import curved, facing
+from contactlaw.world.shapes.ellipsoid import facing
 from contactlaw.world.shapes.field_places import NEAREST, line_of, other_foot, other_place, place_of
-from contactlaw.world.shapes.field_surface import CUTS, NEWTON, curvatures, distance, nearest, normal, surface, within
+from contactlaw.world.shapes.field_surface import CUTS, NEWTON, distance, nearest, normal, surface, within
 from contactlaw.world.shapes.geometry import FOLLOW, LOST, centre
 
 ALIGNED = 1e-12  # offset between a shape's deepest point and its plane's point of contact, over the shape's size
@@ -135,26 +132,3 @@ def meet_beside(sa, a, sb, b, held, arms, normals):
 def meet(sa, a, sb, b, _along):
     """`geometry.meet` of a round shape and a height field; where they are clearly apart, a lower bound on the gap."""
     return ask_beside(sb.beside, sa, a, sb, b, NEAREST, NO_PLACES, NO_PLACES)
-
-
-def radius(sa, a, sb, b):
-    """`geometry.effective_radius` of a ball, a rim or an ellipsoid and a field, which counts as flat."""
-    if sa.kind == DISC:
-        return rim(sa, a)
-    if sa.kind != ELLIPSOID:
-        return sa.radius, ZERO
-    _, n, _, _ = ask_meeting(sb.meet, sa, a, sb, b, 0.0)
-    return radius_between(curved(sa, a, n), feature(0.0, 3, ZERO))
-
-
-def ridge(sa, a, sb, b, arm):
-    """Return `radius` of a side or an edge on a ridge, with both results interchanged; arm: of the contact on A [m]."""
-    axis, radius = line_of(sa, a)
-    to = sub(add(sub(load(a.position), load(b.position)), arm), centre(sb, b))
-    foot = local(to, sb, b)
-    _, slopes, bends = surface(sb, within(foot[0], sb.half[0]), within(foot[1], sb.half[1]))
-    least, most, e = principal(*curvatures(slopes, bends, normal(slopes)))
-    square = dot(axis, axis)
-    one = 2.0 * CROWN * sa.radius / square, 1.0 / radius, scale(1.0 / sqrt(square), axis)
-    size, along = radius_between(one, (least, most, to_world(b.axes, to_world(sb.axes, e))))
-    return along, size
