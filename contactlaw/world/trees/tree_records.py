@@ -6,16 +6,18 @@ from typing import Any
 
 import numpy as np
 
-from contactlaw.world.data.frames import ALIKE, CONJUGATE, IDENTITY, Pose, matrix_of, principal, product
-from contactlaw.world.data.records import AXIS, BALL, FREE_JOINT, HINGE, JOINT, LINK, SLIDE, Array, Arrays
+from contactlaw.world.data.frames import ALIKE, CONJUGATE, IDENTITY, ORIGIN, Pose, matrix_of, principal, product
+from contactlaw.world.data.records import AXIS, BALL, FREE_JOINT, HINGE, JOINT, LINK, SLIDE, Arrays
 from contactlaw.world.trees.coordinates import numbers
 
-Q_SIZE = {FREE_JOINT: 7, BALL: 4, SLIDE: 1, HINGE: 1}
-V_SIZE = {FREE_JOINT: 6, BALL: 3, SLIDE: 1, HINGE: 1}
+Q_SIZE = {BALL: 4, SLIDE: 1, HINGE: 1}
+V_SIZE = {BALL: 3, SLIDE: 1, HINGE: 1}
 
 
 class TreeRecords:
     """The records of one tree. Bodies without joints are merged with the body that they are fixed to.
+
+    A free joint becomes three slides and a ball joint.
 
     Args:
         model: Arrays of all bodies and joints, named as in MuJoCo's model, which can be passed itself. Of each body:
@@ -49,12 +51,12 @@ class TreeRecords:
         heads = [body for body in known if model.body_jntnum[body] > 0]
         link_of = {body: number for number, body in enumerate(heads)}
         self.links = np.zeros(len(heads), LINK)
-        joints = [int(model.body_jntadr[body]) + i for body in heads for i in range(int(model.body_jntnum[body]))]
-        kinds = [int(model.jnt_type[joint]) for joint in joints]
+        each = {body: [one for joint in _joints_of(model, body) for one in _parts_of(model, joint)] for body in heads}
+        joints = [joint for own in each.values() for joint in own]
         self.joints = np.zeros(len(joints), JOINT)
-        self.axes = np.zeros(sum(V_SIZE[kind] for kind in kinds), AXIS)
-        self.q_of = _places(model.jnt_qposadr, joints, [Q_SIZE[kind] for kind in kinds])
-        self.v_of = _places(model.jnt_dofadr, joints, [V_SIZE[kind] for kind in kinds])
+        self.q_of = np.array([q + i for kind, q, *_ in joints for i in range(Q_SIZE[kind])], np.int64)
+        self.v_of = np.array([v + i for kind, _, v, *_ in joints for i in range(V_SIZE[kind])], np.int64)
+        self.axes = np.zeros(self.v_of.size, AXIS)
         self.start = np.asarray(model.qpos0)[self.q_of]
         self.damping = np.asarray(model.dof_damping)[self.v_of]
         self.axes["armature"] = np.asarray(model.dof_armature)[self.v_of]
@@ -74,25 +76,23 @@ class TreeRecords:
             self.row[number], self.quaternion[number] = link_of[body], (1.0, 0.0, 0.0, 0.0)
             link = self.links[link_of[body]]
             link["parent"] = -1 if before is None else self.row[before]
-            link["position"], link["quaternion"] = pose
-            link["first_joint"], link["joints"] = joint, model.body_jntnum[body]
-            if FREE_JOINT in kinds[joint + (before is None) : joint + int(link["joints"])]:
+            kinds = [int(model.jnt_type[one]) for one in _joints_of(model, body)]
+            if FREE_JOINT in kinds[before is None :]:
                 raise ValueError(f"bodies: body {body} has a free joint behind another joint")
-            joint += int(link["joints"])
-        self._hang_joints(model, joints, kinds)
+            link["position"], link["quaternion"] = IDENTITY if FREE_JOINT in kinds else pose
+            link["first_joint"], link["joints"] = joint, len(each[body])
+            joint += len(each[body])
+        self._hang_joints(joints)
         self._order_factor(joined)
         self._weigh(model, list(known))
 
-    def _hang_joints(self, model: Any, joints: list[int], kinds: list[int]) -> None:
-        """Set the records of joints and degrees of freedom."""
+    def _hang_joints(self, joints: list[Any]) -> None:
+        """Set the records of joints and degrees of freedom; joints: as of `_parts_of`."""
         q, v = 0, 0
-        for row, joint, kind in zip(self.joints, joints, kinds, strict=True):
+        for row, (kind, _, _, *own) in zip(self.joints, joints, strict=True):
             row["kind"], row["first_q"], row["first_axis"] = kind, q, v
-            row["at"], row["axis"] = model.jnt_pos[joint], model.jnt_axis[joint]
-            row["reference"] = self.start[q]
-            turns = V_SIZE[kind] - (3 if kind == FREE_JOINT else 0)
-            begins = [1] * (V_SIZE[kind] - turns) + [1] + [0] * (turns - 1)
-            self.axes["begins"][v : v + V_SIZE[kind]], self.axes["coordinate"][v : v + V_SIZE[kind]] = begins, q
+            row["at"], row["axis"], row["reference"] = own
+            self.axes["begins"][v], self.axes["coordinate"][v : v + V_SIZE[kind]] = 1, q
             q, v = q + Q_SIZE[kind], v + V_SIZE[kind]
         for link in self.links:
             own = slice(int(link["first_joint"]), int(link["first_joint"] + link["joints"]))
@@ -185,6 +185,16 @@ class TreeRecords:
         world.trees["stale"][number] = 1
 
 
-def _places(first: Any, joints: list[int], sizes: list[int]) -> Array:
-    """Return the places of the numbers of joints, given the first place and the size of each."""
-    return np.array([int(first[j]) + i for j, size in zip(joints, sizes, strict=True) for i in range(size)], np.int64)
+def _joints_of(model: Any, body: int) -> range:
+    """Return the numbers of a body's joints."""
+    first = int(model.body_jntadr[body])
+    return range(first, first + int(model.body_jntnum[body]))
+
+
+def _parts_of(model: Any, joint: int) -> list[Any]:
+    """Return kind, first coordinate and velocity, place, axis and reference of a joint, or the four of a free one."""
+    kind, q, v = (int(numbers[joint]) for numbers in (model.jnt_type, model.jnt_qposadr, model.jnt_dofadr))
+    if kind == FREE_JOINT:
+        slides = [(SLIDE, q + i, v + i, ORIGIN, axis, 0.0) for i, axis in enumerate(np.eye(3))]
+        return [*slides, (BALL, q + 3, v + 3, ORIGIN, ORIGIN, 0.0)]
+    return [(kind, q, v, model.jnt_pos[joint], model.jnt_axis[joint], model.qpos0[q])]
