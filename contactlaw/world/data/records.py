@@ -83,9 +83,9 @@ TREE = record(
     hangs_on="i8",  # number of that body
     gravity=VECTOR,  # [m/s^2]
     q="u8", v="u8", a="u8",  # addresses of its numbers: generalised coordinates, velocities, accelerations
-    f="u8", d="u8", v_f="u8",  # generalised force f - D (v - v_f), all constant over a step; D laid out as `factor`
-    springs="u8",  # half a step times the stiffness of springs, a part of D, as `factor`: `mujoco_plugin.joint_forces`
-    e="u8",  # inertia by which soft constraints resist acceleration, constant over a step; as `factor`
+    f="u8", d="u8", v_f="u8",  # generalised force f - D (v - v_f), all constant over a step; D (v_size, v_size)
+    springs="u8",  # half a step times the stiffness of springs, a part of D: see `mujoco_plugin.joint_forces`
+    e="u8",  # inertia by which soft constraints resist acceleration, constant over a step; as D
     coupled="i8",  # 1: D or E has entries off the diagonal
     x="u8",  # (v_size,), argument and result of these functions
     pending="u8", kicked="i8",  # (v_size,), generalised impulses not yet applied to v; 1: there are some

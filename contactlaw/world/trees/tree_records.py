@@ -130,24 +130,17 @@ class TreeRecords:
             parts = [i for i in range(len(bodies)) if self.row[i] == number and model.body_mass[bodies[i]] > 0.0]
             if not parts:
                 raise ValueError(f"bodies: link {number} has no mass")
-            if len(parts) == 1:
-                body = bodies[parts[0]]
-                turn = matrix_of(self.quaternion[parts[0]])
-                link["mass"], link["inertia"] = model.body_mass[body], model.body_inertia[body]
-                link["centre"] = self.at[parts[0]] + turn @ model.body_ipos[body]
-                link["frame"] = product(self.quaternion[parts[0]], np.array(model.body_iquat[body]))
-            else:
-                mass = np.array([float(model.body_mass[bodies[i]]) for i in parts])
-                turns = [matrix_of(self.quaternion[i]) for i in parts]
-                places = np.array(
-                    [self.at[i] + r @ model.body_ipos[bodies[i]] for i, r in zip(parts, turns, strict=True)]
-                )
-                link["mass"] = mass.sum()
-                link["centre"] = mass @ places / mass.sum()
+            own = [bodies[i] for i in parts]
+            mass = np.array([float(model.body_mass[body]) for body in own])
+            turns = [product(self.quaternion[i], np.array(model.body_iquat[bodies[i]])) for i in parts]
+            places = np.array([self.at[i] + matrix_of(self.quaternion[i]) @ model.body_ipos[bodies[i]] for i in parts])
+            link["mass"], link["centre"] = mass.sum(), mass @ places / mass.sum()
+            link["inertia"], link["frame"] = model.body_inertia[own[0]], turns[0]
+            if len(parts) > 1:
                 tensor = np.zeros((3, 3))
-                for i, r, m, c in zip(parts, turns, mass, places - link["centre"], strict=True):
-                    own = r @ matrix_of(np.array(model.body_iquat[bodies[i]]))
-                    tensor += own @ np.diag(model.body_inertia[bodies[i]]) @ own.T
+                for body, turn, m, c in zip(own, turns, mass, places - link["centre"], strict=True):
+                    axes = matrix_of(turn)
+                    tensor += axes @ np.diag(model.body_inertia[body]) @ axes.T
                     tensor += m * (c @ c * np.eye(3) - np.outer(c, c))
                 link["inertia"], link["frame"] = principal(tensor)
         for i in range(len(bodies)):
@@ -181,7 +174,7 @@ class TreeRecords:
             numbers(world, number, name).view(rows.dtype)[:] = rows
         numbers(world, number, "q")[:] = self.start
         count = self.axes.size
-        numbers(world, number, "d").reshape(count, count)[range(count), self.axes["depth"]] = self.damping
+        numbers(world, number, "d").reshape(count, count)[range(count), range(count)] = self.damping
         world.trees["stale"][number] = 1
 
 
