@@ -38,7 +38,15 @@ from contactlaw.world.data.records import CLOSED, HINGE, NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body
 from contactlaw.world.near.guards import drop_guard, lead_of, new_guard, parts_margin, separate
 from contactlaw.world.near.places import places_of
-from contactlaw.world.shapes.geometry import IGNORED, centre, half_axis, is_ignored, lies_over_face, meet
+from contactlaw.world.shapes.geometry import (
+    IGNORED,
+    bounding_radius,
+    centre,
+    half_axis,
+    is_ignored,
+    lies_over_face,
+    meet,
+)
 from contactlaw.world.shapes.segments import clip
 from contactlaw.world.trees.kinematics import is_free
 
@@ -46,13 +54,6 @@ from contactlaw.world.trees.kinematics import is_free
 def is_part(s):
     """Return whether a shape is a part of another one, or a further place on a height field."""
     return s.kind == CORNER or (EDGE <= s.kind <= SIDE) or s.place > 0
-
-
-def bounding_radius(s):
-    """Return the radius [m] of the sphere around a shape that is not a plane."""
-    if s.kind < SEGMENT:
-        return s.radius
-    return (s.radius if s.kind < BOX else 0.0) + norm(load(s.half))
 
 
 def meets(kind_a, kind_b):

@@ -13,22 +13,21 @@ from math import atan2, cos, exp, log, log1p, sin, sqrt
 
 from contactlaw.jit import jit_module
 from contactlaw.world.data.access import body_at, shape_at
-from contactlaw.world.data.call import ask_curvatures
+from contactlaw.world.data.call import ask_curve, ask_nearest
 from contactlaw.world.data.kinds import BOX, CORNER, DISC, EDGE, ELLIPSOID, HULL, PLANE, SEGMENT, SIDE
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub, tangent, to_body, to_world
 from contactlaw.world.shapes.core import CROWN, local
+from contactlaw.world.shapes.disc import line_of
 from contactlaw.world.shapes.ellipsoid import shrink, swell
-from contactlaw.world.shapes.field_places import line_of
 from contactlaw.world.shapes.field_surface import curvatures, normal, surface, within
 from contactlaw.world.shapes.geometry import centre, meet
-from contactlaw.world.shapes.gjk import nearest
 from contactlaw.world.shapes.segments import CAPSULE_CROWN
 
 SCALE = 0.0312022  # of the fit of ln(R sqrt(p q)) in ln(1 + SCALE ln^2(q/p))
 FIT = (1.3265492, 0.13058459, 0.11675849)  # its coefficients
 FLATTEST = 1e-5  # ratio of curvatures, at least: the range of the fit
 ALIGNED = 1.0 - 1e-9  # cosine of the angle between a normal and an axis of a box from which it counts as a face's
-LEVEL = 1e-9  # component of a normal along or across an axis that counts as zero
+LEVEL = 1e-6  # component of a normal along or across an axis that counts as zero: `ellipsoid` finds it to 1e-8
 UNCLEAR = (
     "touching at the edge of a box, or with the side of a capsule on a box: R = {:.3g} m is taken from the ball or "
     "capsule; give the pair its radius"
@@ -47,33 +46,17 @@ def radius_between(one, two):
     """Return R [m] of two bodies, and the longer axis of the ellipse, a vector of length ln(q/p).
 
     one, two: of each body the least principal curvature [1/m], the greatest, and the unit vector of the direction of
-    the least. The curvature tensors add; their deviators turn by twice the angle between both directions.
+    the least. The curvature tensors add.
     """
     along_a, across_a, e = one
     along_b, across_b, f = two
-    mean = 0.5 * (along_a + across_a + along_b + across_b)
-    x, y, cosine = 0.5 * (across_a - along_a), 0.5 * (across_b - along_b), dot(e, f)
-    differ = sqrt(max(x * x + y * y + 2.0 * x * y * (2.0 * cosine * cosine - 1.0), 0.0))
-    p = max(mean - differ, FLATTEST * (mean + differ))
-    return equivalent_radius(p, mean + differ), scale(log((mean + differ) / p), between(x, e, y, f, differ))
-
-
-def between(x, e, y, f, differ):
-    """Return the direction of least relative curvature.
-
-    x, y >= 0: half differences of the principal curvatures of both bodies; e, f: their directions of least curvature;
-    differ: half difference of the relative curvatures.
-    """
-    cosine = dot(e, f)
-    across = axpy(-cosine, e, f)
-    sine = sqrt(dot(across, across))
-    if y == 0.0 or sine == 0.0:
-        return e if x > 0.0 else f
-    if x == 0.0 or differ == 0.0:
-        return f
-    double = (x + y * (2.0 * cosine * cosine - 1.0)) / differ
-    near, far = sqrt(max(0.5 + 0.5 * double, 0.0)), sqrt(max(0.5 - 0.5 * double, 0.0))
-    return add(scale(near, e), scale((far if cosine >= 0.0 else -far) / sine, across))
+    cosine, bent = dot(e, f), along_b - across_b
+    u = axpy(-cosine, e, f)
+    sine = norm(u)
+    tt, uu = along_a + across_b + bent * cosine * cosine, across_a + across_b + bent * sine * sine
+    p, q, way = principal(tt, bent * cosine * sine, uu, e, scale(1.0 / max(sine, 1e-300), u))
+    p = max(p, FLATTEST * q)
+    return equivalent_radius(p, q), scale(log(q / p), way)
 
 
 def principal(tt, tu, uu, t, u):
@@ -114,7 +97,7 @@ def curvatures_of(sa, a, sb, b, n, arm):
     n: its outward normal there. arm: of the point of contact from its body's centre of mass [m].
     """
     if sb.curve != 0:
-        return ask_curvatures(sb.curve, sa, a, sb, b, n, arm)
+        return ask_curve(sb.curve, sa, a, sb, b, n, arm)
     k = 1.0 / sb.radius if sb.kind < PLANE else 0.0
     return k, k, ZERO
 
@@ -154,12 +137,21 @@ def of_cylinder(sa, a, sb, b, n, arm):
     return 0.0, 1.0 / radius, to_world(b.axes, to_world(sb.axes, along))
 
 
-def of_core(sa, a, sb, b, n, arm):
-    """`curvatures_of` a box or a hull at a vertex, an edge or a face."""
+def of_box(sa, a, sb, b, n, arm):
+    """`curvatures_of` a box at a corner, an edge or a face: the normal tells which."""
+    m, k = local(n, sb, b), 1.0 / sb.radius
+    x, y, z = 1.0 * (abs(m[0]) < LEVEL), 1.0 * (abs(m[1]) < LEVEL), 1.0 * (abs(m[2]) < LEVEL)
+    if x + y + z == 2.0:
+        return 0.0, 0.0, ZERO
+    return (0.0 if x + y + z == 1.0 else k), k, to_world(b.axes, to_world(sb.axes, (x, y, z)))
+
+
+def of_hull(sa, a, sb, b, n, arm):
+    """`curvatures_of` a hull at a vertex, an edge or a face."""
     point = add(arm, sub(load(b.position), add(load(a.position), centre(sa, a))))
-    _, _, count, edge = nearest(sa, a, sb, b, point)
-    k = 1.0 / sb.radius if count < 3 else 0.0
-    return (0.0, k, scale(1.0 / norm(edge), edge)) if count == 2 else (k, k, ZERO)
+    _, count, edge, _ = ask_nearest(sb.nearest, sa, a, sb, b, point, 0.0, (ZERO, ZERO, ZERO))
+    k = 1.0 / sb.radius if count < 3.0 else 0.0
+    return (0.0, k, scale(1.0 / norm(edge), edge)) if count == 2.0 else (k, k, ZERO)
 
 
 def of_field(sa, a, sb, b, n, arm):

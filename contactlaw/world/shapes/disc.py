@@ -16,9 +16,10 @@ is the disc swept along the axis too, crowned by C (1 + s^2 + y^2/c^2), s from -
 from math import sqrt
 
 from contactlaw.jit import jit_module
-from contactlaw.world.data.kinds import HULL, PLANE
+from contactlaw.world.data.kinds import HULL, PLANE, SIDE
 from contactlaw.world.data.vec import axpy, cross, dot, load, norm, scale, to_world
 from contactlaw.world.shapes.core import CROWN, LEAST, NOWHERE, change_of, excess_at, local
+from contactlaw.world.shapes.segments import next_place
 
 ITERATIONS = 60  # of Newton's method at most; it takes three to six
 CUTS = 40  # times that a step is shortened at most, which converges slowly across edges of a hull
@@ -33,6 +34,14 @@ def dimensions(s):
     across = axpy(-along, load(s.normal), load(s.half))
     radius = norm(across)
     return radius, scale(1.0 / radius, across), along
+
+
+def line_of(s, b):
+    """Return the half axis of a side or an edge, world frame, and its radius [m]."""
+    if s.kind != SIDE:
+        return to_world(b.axes, load(s.half)), s.radius
+    out, _, along = dimensions(s)
+    return to_world(b.axes, scale(along, load(s.normal))), out + s.radius * (1.0 - 2.0 * CROWN)
 
 
 def within_circle(h, b, radius):
@@ -134,29 +143,16 @@ def along_axis(m, e1, e2, made, shapes):
     """Return the place -1..1 along the axis of the deepest point of a cylinder's side, and its place across the axis.
 
     made: half the axis, the crown, and the radius. The slope along the axis of the least distance of each disc is that
-    of the distance at its nearest point, and grows: regula falsi after Anderson and Bjorck.
+    of the distance at its nearest point, and grows: the secant method, guarded by bisection.
     """
-    low, high = -1.0, 1.0
-    y, below = slope_along(m, e1, e2, made, low, shapes)
-    if below >= 0.0:
-        return low, y
-    y, above = slope_along(m, e1, e2, made, high, shapes)
-    if above <= 0.0:
-        return high, y
-    at = 0.0
+    at, slope, ends = 0.0, 0.0, (-2.0, 2.0)
+    y, value = slope_along(m, e1, e2, made, at, shapes)
     for _ in range(ROOT_ITERATIONS):
-        before, at = at, (low * above - high * below) / (above - below)
-        y, value = slope_along(m, e1, e2, made, at, shapes)
-        if value == 0.0 or abs(at - before) <= ROOT_CONVERGED:
+        new, ends = next_place(at, value, slope, ends)
+        if value == 0.0 or abs(new - at) <= ROOT_CONVERGED:
             break
-        if value < 0.0:
-            share = 1.0 - value / below
-            above *= share if share > 0.0 else 0.5
-            low, below = at, value
-        else:
-            share = 1.0 - value / above
-            below *= share if share > 0.0 else 0.5
-            high, above = at, value
+        y, other = slope_along(m, e1, e2, made, new, shapes)
+        at, value, slope = new, other, (other - value) / (new - at)
     return at, y
 
 

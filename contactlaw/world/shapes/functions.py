@@ -8,11 +8,6 @@ from contactlaw.world.data import call, kinds
 from contactlaw.world.data.records import Array
 from contactlaw.world.shapes import convex, core, curvature, disc, ellipsoid, height_field, swept
 
-CALLERS: dict[str, Any] = {
-    "meet": call.ask_meeting, "curve": call.ask_curvatures, "separation": call.ask_separation,
-    "nearest": call.ask_nearest, "deepest": call.ask_deepest, "beside": call.ask_beside, "predict": call.ask_time,
-    "over_face": call.ask_over_face,
-}  # fmt: skip
 WIDE = {"predict": swept.predict_side}
 FUNCTIONS: dict[int, dict[str, Callable[..., Any]]] = {
     kinds.SEGMENT: WIDE | {"meet": swept.meet, "curve": curvature.of_line},
@@ -22,10 +17,10 @@ FUNCTIONS: dict[int, dict[str, Callable[..., Any]]] = {
     kinds.ELLIPSOID: WIDE | {
         "meet": ellipsoid.meet, "curve": curvature.of_ellipsoid, "separation": ellipsoid.separate,
     },
-    kinds.BOX: WIDE | {"meet": swept.meet, "curve": curvature.of_core, "separation": convex.separate},
+    kinds.BOX: WIDE | {"meet": swept.meet, "curve": curvature.of_box, "separation": convex.separate},
     kinds.CYLINDER: WIDE | {"meet": swept.meet, "curve": curvature.of_cylinder, "separation": convex.separate},
     kinds.HULL: WIDE | {
-        "meet": convex.meet, "curve": curvature.of_core, "nearest": convex.seek_nearest, "separation": convex.separate,
+        "meet": convex.meet, "curve": curvature.of_hull, "nearest": convex.seek_nearest, "separation": convex.separate,
     },
     kinds.HEIGHT_FIELD: {
         "meet": height_field.meet, "curve": curvature.of_field, "beside": height_field.meet_beside,
@@ -39,4 +34,4 @@ def write_addresses(shapes_out: Array) -> None:
     for kind, functions in FUNCTIONS.items():
         own = shapes_out["kind"] == kind
         for name, function in functions.items() if own.any() else ():
-            shapes_out[name][own] = address_of(function, CALLERS[name])
+            shapes_out[name][own] = address_of(function, getattr(call, f"ask_{name}"))

@@ -2,7 +2,7 @@
 
 from contactlaw.jit import jit_module
 from contactlaw.world.data.access import contact_at, near_at, shape_at
-from contactlaw.world.data.call import ask_beside, ask_meeting, ask_over_face
+from contactlaw.world.data.call import ask_beside, ask_meet, ask_over_face
 from contactlaw.world.data.kinds import BOX, CYLINDER, EDGE, ELLIPSOID, HEIGHT_FIELD, HULL, PLANE, SEGMENT, SPHERE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
@@ -34,7 +34,7 @@ def meet(sa, a, sb, b, along=0.0):
     """
     where = sb.meet if sb.meet != 0 and (sa.kind != ELLIPSOID or sb.kind == HEIGHT_FIELD) else sa.meet
     if where != 0:
-        return ask_meeting(where, sa, a, sb, b, along)
+        return ask_meet(where, sa, a, sb, b, along)
     from_a, from_b = centre(sa, a), centre(sb, b)
     d = add(sub(load(a.position), load(b.position)), sub(from_a, from_b))
     if sb.kind == SPHERE:
@@ -65,6 +65,13 @@ def meet_place(w, p, a, b):
             one, two, three, held = (load(c.arm_a), load(c.normal)), one, two, held + 1
     held = FOLLOW if p.closed != 0 else held
     return ask_beside(sb.beside, sa, a, sb, b, held, (one[0], two[0], three[0]), (one[1], two[1], three[1]))
+
+
+def bounding_radius(s):
+    """Return the radius [m] of the sphere around a shape that is not a plane."""
+    if s.kind < SEGMENT:
+        return s.radius
+    return (s.radius if s.kind < BOX else 0.0) + norm(load(s.half))
 
 
 def max_overlap(sa, sb):
