@@ -7,12 +7,6 @@ is the true one, so that a body at rest has none. If a force lifts a body off it
 that its velocity is then behind includes that force only as far as it acted in the step before: a kick for one step
 would otherwise be half a kick, as the engine does not repeat it in the next step. The half step of the spin keeps the
 energy, see `spin_after`.
-
-The springs of tendons change as the body moves. A body that a contact presses has no half step to make up for that: at
-the start of the next step it gets half a step of the change (the velocity Verlet method). If their force of the start
-alone were held, an oscillation of a body that lies on something would gain omega^2 h/2 of its energy a second. In a
-bounce within a step, the change before it should count the other way round: that makes omega^2 h^2/3 of the energy of
-the bounce in the mean, which shows where there is no loss.
 """
 
 from math import sqrt
@@ -21,14 +15,14 @@ import numpy as np
 
 from contactlaw.jit import jit_module
 from contactlaw.memory import copy_wholes, same_wholes
-from contactlaw.mujoco_plugin.block import floats, free_at, kept_springs, shifted
-from contactlaw.mujoco_plugin.layout import data_at, model_at
-from contactlaw.world.bodies.motion import set_axes, spin_after, spin_change, spin_rate, update_momentum
+from contactlaw.mujoco_plugin.block import floats, free_at, shifted
+from contactlaw.mujoco_plugin.layout import data_at
+from contactlaw.world.bodies.motion import set_axes, spin_after, spin_rate, update_momentum
 from contactlaw.world.contacts.force import is_quasi_static
 from contactlaw.world.data.access import body_at, world_at
 from contactlaw.world.data.quaternion import load4, product, store4, turn_by
 from contactlaw.world.data.records import AGED
-from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, share_of, store, sub
+from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, share_of, store, sub
 from contactlaw.world.shapes.geometry import meet_near
 
 
@@ -139,14 +133,10 @@ def read_free(head, f, known):
 
 
 def lead_free(head, f):
-    """Bring the velocity of a body to the time of its position; of one that is pressed, half a step by its springs."""
+    """Bring the velocity of a body that nothing presses to the time of its position."""
     b = body_at(world_at(head.world, 0).bodies, f.body)
     f.pressed = b.pressed
-    if b.asleep != 0 or head.lag == 0.0:
-        return
-    if b.pressed != 0:
-        if model_at(head.model, 0).ntendon != 0:
-            follow_springs(head, f, b)
+    if b.asleep != 0 or b.pressed != 0 or head.lag == 0.0:
         return
     _, arm = frame_of(f, floats(head.start, 1 + f.q, 7))
     velocity = axpy(head.lag, origin_acceleration(b, arm), sub(load(b.velocity), cross(load(b.spin), arm)))
@@ -166,26 +156,6 @@ def outer_force(head, f, own, arm):
     moment = sub(turn_by(own, moment), cross(arm, push))
     extra = shifted(d.xfrc_applied, 6 * f.id)
     return add(push, load(floats(extra, 0, 3))), add(moment, load(floats(extra, 3, 3)))
-
-
-def spring_force(head, f):
-    """Return force [N] and moment [N m] of tendons' springs on a body at the start of the step, and what the state has.
-
-    The moment is about the centre of mass; the state has both of the last step that touched the body, six numbers.
-    """
-    d, (own, arm) = data_at(head.data, 0), frame_of(f, floats(head.start, 1 + f.q, 7))
-    push = load(floats(d.qfrc_spring, f.v, 3))
-    moment = sub(turn_by(own, load(floats(d.qfrc_spring, f.v + 3, 3))), cross(arm, push))
-    return push, moment, kept_springs(head)[f.v : f.v + 6]
-
-
-def follow_springs(head, f, b):
-    """Let a body that is pressed have half a step of the change of its springs' force since the last step."""
-    push, moment, kept = spring_force(head, f)
-    old_push, old_moment = load(kept), load(kept[3:])
-    if old_push != ZERO or old_moment != ZERO:
-        store(b.velocity, axpy(head.lag * b.inverse_mass, sub(push, old_push), load(b.velocity)))
-        store(b.spin, add(load(b.spin), spin_change(b, scale(head.lag, sub(moment, old_moment)))))
 
 
 def origin_acceleration(b, arm):
@@ -219,8 +189,8 @@ def hold_free(head, f):
 def write_free(head, f, pushes_io):
     """Write position and velocity of a body that a contact has touched, or that sleeps, to mjData.
 
-    pushes_io: acceleration and torque, shape (nv,), by forces besides gravity, contacts and tendons' springs in the
-    last step that touched.
+    pushes_io: acceleration and torque, shape (nv,), by forces besides gravity and contacts in the last step that
+    touched.
     """
     b, d = body_at(world_at(head.world, 0).bodies, f.body), data_at(head.data, 0)
     if b.asleep != 0:
@@ -232,17 +202,11 @@ def write_free(head, f, pushes_io):
     own, arm = axes_of(b, f)
     velocity, spin = sub(load(b.velocity), cross(load(b.spin), arm)), load(b.spin)
     old_push, old_moment = pushes_io[f.v : f.v + 3], pushes_io[f.v + 3 : f.v + 6]
-    steady, turning = load(head.gravity), ZERO
-    if model_at(head.model, 0).ntendon != 0:
-        pull, turning, kept = spring_force(head, f)
-        store(kept, pull)
-        store(kept[3:], turning)
-        steady = axpy(b.inverse_mass, pull, steady)
-    push, moment = sub(load(b.acceleration), steady), sub(load(b.torque), turning)
+    push, moment = sub(load(b.acceleration), load(head.gravity)), load(b.torque)
     if b.pressed == 0 and head.lag > 0.0:
         if f.pressed != 0:
-            store(b.acceleration, add(steady, share_of(load(old_push), push)))
-            store(b.torque, add(turning, share_of(load(old_moment), moment)))
+            store(b.acceleration, add(load(head.gravity), share_of(load(old_push), push)))
+            store(b.torque, share_of(load(old_moment), moment))
         velocity = axpy(-head.lag, origin_acceleration(b, arm), velocity)
         spin = spin_after(b, spin, -head.lag)
     store(old_push, push)

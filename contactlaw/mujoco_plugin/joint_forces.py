@@ -95,14 +95,13 @@ def read_springs(head, j, t):
     Nor is one whose joints have a damping of h/2 k: it takes what the force, held, would give.
     """
     m, d, x = model_at(head.model, 0), data_at(head.data, 0), vector(t.x, t.v_size)
-    damping = vector(t.d, (t.v_size, t.v_size))
+    damping, springs = vector(t.d, (t.v_size, t.v_size)), vector(t.springs, (t.v_size, t.v_size))
     if m.opt.disableflags & layout.NO_SPRING == 0:
         for k in range(t.v_size):
-            stiffness = number(m.jnt_stiffness, entry(m.dof_jntid, whole_at(head.places, j.v + k)))
-            if stiffness > 0.0:
-                clear(x)
-                x[k] = 1.0
-                add_spring(head, t, k, stiffness)
+            share = 0.5 * head.step_size * number(m.jnt_stiffness, entry(m.dof_jntid, whole_at(head.places, j.v + k)))
+            vector(t.f, t.v_size)[k] -= forward(head) * share * vector(t.v, t.v_size)[k]
+            damping[k, k] += share
+            springs[k, k] += share
     for i in range(j.first_spring, j.first_spring + j.spring_count):
         s = spring_at(head.springs, i)
         if s.actuator < 0:
@@ -113,17 +112,17 @@ def read_springs(head, j, t):
         if force == 0.0 or not stiffness > 0.0 or at_limit(force, floats(m.actuator_forcerange, 2 * s.actuator, 2)):
             continue
         first, count = entry(d.moment_rowadr, s.row), entry(d.moment_rownnz, s.row)
-        last = read_row(head, j, t, floats(d.actuator_moment, first, count), entries(d.moment_colind, first))
-        k, gains = last, False
-        while k >= 0:
-            v = whole_at(head.places, j.v + k)
-            limits = floats(m.jnt_actfrcrange, 2 * entry(m.dof_jntid, v), 2)
-            if at_limit(number(d.qfrc_actuator, v), limits):
-                x[k] = 0.0
-            gains = gains or 0.5 * head.step_size * stiffness * x[k] * x[k] > damping[k, axis_at(t.axes, k).depth]
-            k = axis_at(t.axes, k).parent
+        read_row(head, j, t, floats(d.actuator_moment, first, count), entries(d.moment_colind, first))
+        gains = False
+        for k in range(t.v_size):
+            if x[k] != 0.0:
+                v = whole_at(head.places, j.v + k)
+                limits = floats(m.jnt_actfrcrange, 2 * entry(m.dof_jntid, v), 2)
+                if at_limit(number(d.qfrc_actuator, v), limits):
+                    x[k] = 0.0
+                gains = gains or 0.5 * head.step_size * stiffness * x[k] * x[k] > damping[k, k]
         if gains:
-            add_spring(head, t, last, stiffness)
+            add_spring(head, t, stiffness)
 
 
 def at_limit(force, ends):
@@ -131,27 +130,39 @@ def at_limit(force, ends):
     return ends[0] < ends[1] and not ends[0] < force < ends[1]
 
 
-def add_spring(head, t, last, stiffness):
-    """Add a spring along the row x, whose last axis is given, to f, D and `springs`."""
-    n, step = t.v_size, head.step_size
-    f, v, x = vector(t.f, n), vector(t.v, n), vector(t.x, n)
-    damping, springs = vector(t.d, (n, n)), vector(t.springs, (n, n))
-    ahead = 0.5 if head.start == last_state(head) else -0.5  # steps from where forces were evaluated to the middle
-    speed, k = 0.0, last
-    while k >= 0:
-        speed += x[k] * v[k]
-        k = axis_at(t.axes, k).parent
-    k = last
-    while k >= 0:
-        p, other, pull = axis_at(t.axes, k).depth, k, step * stiffness * x[k]
-        f[k] -= ahead * pull * speed
-        while other >= 0 and pull != 0.0:
-            part = 0.5 * pull * x[other]
-            springs[k, p] += part
-            damping[k, p] += part
-            t.coupled = 1 if other != k and part != 0.0 else t.coupled
-            p, other = p - 1, axis_at(t.axes, other).parent
-        k = axis_at(t.axes, k).parent
+def add_spring(head, t, stiffness):
+    """Add a spring along the row x to f, D and `springs`."""
+    n, share = t.v_size, 0.5 * head.step_size * stiffness
+    f, x, pull = vector(t.f, n), vector(t.x, n), forward(head) * share * along_row(t, t.v)
+    for k in range(n):
+        f[k] -= pull * x[k]
+    add_square(t, t.springs, share)
+    add_square(t, t.d, share)
+
+
+def forward(head):
+    """Return the sign of the time from where the engine's last forces were evaluated to the middle of the step."""
+    return 1.0 if head.start == last_state(head) else -1.0
+
+
+def along_row(t, address):
+    """Return the product of the row x and a vector at an address."""
+    x, y, out = vector(t.x, t.v_size), vector(address, t.v_size), 0.0
+    for k in range(t.v_size):
+        out += x[k] * y[k]
+    return out
+
+
+def add_square(t, address, share):
+    """Add a share of x^T x, of the row x, to a matrix at an address."""
+    n, x, out = t.v_size, vector(t.x, t.v_size), vector(address, (t.v_size, t.v_size))
+    some = 0
+    for k in range(n):
+        if x[k] != 0.0:
+            some += 1
+            for i in range(n):
+                out[k, i] += share * x[k] * x[i]
+    t.coupled = 1 if some > 1 else t.coupled
 
 
 def read_tendon_spring(head, j, t, tendon):
@@ -161,8 +172,8 @@ def read_tendon_spring(head, j, t, tendon):
     stiffness = number(m.tendon_stiffness, tendon)
     if m.opt.disableflags & layout.NO_SPRING == 0 and stiffness > 0.0 and not slack[0] <= length <= slack[1]:
         first, count = entry(m.ten_J_rowadr, tendon), entry(m.ten_J_rownnz, tendon)
-        last = read_row(head, j, t, floats(d.ten_J, first, count), entries(m.ten_J_colind, first))
-        add_spring(head, t, last, stiffness)
+        read_row(head, j, t, floats(d.ten_J, first, count), entries(m.ten_J_colind, first))
+        add_spring(head, t, stiffness)
 
 
 read_tendon = jit(read_tendon_spring if layout.TENDON_ROWS else lambda head, j, t, tendon: None)
@@ -216,37 +227,27 @@ def entries(address, first):
 def read_equalities(head, j, t):
     """Read the equality constraints of a tree into E, D and f; f and D hold the other forces."""
     d, n = data_at(head.data, 0), t.v_size
-    inertia, damping, row = vector(t.e, (n, n)), vector(t.d, (n, n)), vector(t.x, n)
-    f, v, a, ahead = vector(t.f, n), vector(t.v_f, n), vector(t.room, n), steps_ahead(head)
-    gather(head, d.qacc, j.v, a)
-    for k in range(n):
-        clear(inertia[k])
+    f, row, ahead = vector(t.f, n), vector(t.x, n), steps_ahead(head)
+    gather(head, d.qacc, j.v, vector(t.room, n))
+    clear(vector(t.e, n * n))
     sparse = d.nJ != d.nefc * head.nv  # a sparse Jacobian without zeros has the order of a dense one
     for i in range(d.ne):
         first = entry(d.efc_J_rowadr, i) if sparse else i * head.nv
         values = floats(d.efc_J, first, entry(d.efc_J_rownnz, i) if sparse else head.nv)
-        last = read_row(head, j, t, values, entries(d.efc_J_colind, first) if sparse else types.uintp(0))
+        read_row(head, j, t, values, entries(d.efc_J_colind, first) if sparse else types.uintp(0))
         reference, whole = floats(d.efc_KBIP, 4 * i, 3), number(d.efc_D, i)
         weight = whole / (1.0 + ahead * (reference[1] + ahead * reference[0] * reference[2]))
         stiffness = weight * reference[0] * reference[2]
         spring = 0.5 * head.step_size * stiffness
-        k, push = last, 0.0
-        while k >= 0:
-            push += row[k] * (whole * a[k] + (ahead * stiffness - spring) * v[k])
-            k = axis_at(t.axes, k).parent
-        t.coupled, k = 1 if last >= 0 else t.coupled, last
-        while k >= 0:
+        push = whole * along_row(t, t.room) + (ahead * stiffness - spring) * along_row(t, t.v_f)
+        for k in range(n):
             f[k] += push * row[k]
-            p, other = axis_at(t.axes, k).depth, k
-            while other >= 0:
-                inertia[k, p] += weight * row[k] * row[other]
-                damping[k, p] += (weight * reference[1] + spring) * row[k] * row[other]
-                p, other = p - 1, axis_at(t.axes, other).parent
-            k = axis_at(t.axes, k).parent
+        add_square(t, t.e, weight)
+        add_square(t, t.d, weight * reference[1] + spring)
 
 
 def read_row(head, j, t, values, columns):
-    """Write a row of a Jacobian of the engine into x; return its last axis, -1 if it is not of this tree.
+    """Write a row of a Jacobian of the engine into x; zero if it is not of this tree, or not one row of its factor.
 
     columns: address of the numbers of the velocities that its values belong to; 0: they are all.
     """
@@ -257,7 +258,8 @@ def read_row(head, j, t, values, columns):
         column = entry(columns, i) if columns != types.uintp(0) else i
         if values[i] != 0.0:
             if whole_at(head.places, head.nv + column) != j.tree:
-                return -1
+                clear(x)
+                return
             k = whole_at(head.places, column)
             x[k] = values[i]
             last, left = max(last, k), left + 1
@@ -265,7 +267,8 @@ def read_row(head, j, t, values, columns):
     while k >= 0:
         left -= 1 if x[k] != 0.0 else 0
         k = axis_at(t.axes, k).parent
-    return last if left == 0 else -1
+    if left != 0:
+        clear(x)
 
 
 def move_springs(head, j, t):
@@ -286,13 +289,9 @@ def move_springs(head, j, t):
             k = joint.first_q
             x[joint.first_axis] = v_f[joint.first_axis] - 2.0 / head.step_size * (q[k] - before[k])
     for k in range(n):
-        i, p = k, axis_at(t.axes, k).depth
-        while i >= 0:
-            spring = springs[k, p]
-            f[k] += spring * x[i]
-            f[i] += spring * x[k] if i != k else 0.0
-            damping[k, p] -= spring
-            i, p = axis_at(t.axes, i).parent, p - 1
+        for i in range(n):
+            f[k] += springs[k, i] * x[i]
+            damping[k, i] -= springs[k, i]
 
 
 jit_module(__name__)

@@ -229,7 +229,8 @@ class Model:
     def _free(self) -> NDArray[np.bool_]:
         """Which bodies move by a free joint alone.
 
-        A free body has mass, no armature or damping, no equality constraint, and no child with mass or joints.
+        A free body has mass, no armature or damping, no equality constraint, no tendon that is a spring, and no child
+        with mass or joints.
         """
         m, parent = self._m, self._m.body_parentid.tolist()
         counts = ((m.body_mass > 0.0) | (m.body_dofnum > 0)).tolist()
@@ -241,7 +242,8 @@ class Model:
         free[jointed] &= m.jnt_type[m.body_jntadr[jointed]] == int(mujoco.mjtJoint.mjJNT_FREE)
         dofs = m.body_dofadr[free][:, None] + np.arange(6)
         free[free] = ~((m.dof_armature[dofs] != 0.0) | (m.dof_damping[dofs] != 0.0)).any(1)
-        for held in self._held:
+        pulled = (sorted(self._velocities_of_tendon(tendon)) for tendon in np.flatnonzero(m.tendon_stiffness).tolist())
+        for held in [*self._held, *pulled]:
             free[self._roots[m.dof_bodyid[held]]] = False
         return free
 

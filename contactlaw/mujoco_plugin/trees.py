@@ -40,12 +40,13 @@ from contactlaw.mujoco_plugin.joint_forces import (
 from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.mujoco_plugin.notices import TOWED, report_once
 from contactlaw.world.bodies.motion import is_static
-from contactlaw.world.data.access import axis_at, body_at, link_at, near_at, tree_at, world_at
+from contactlaw.world.data.access import axis_at, body_at, near_at, tree_at, world_at
 from contactlaw.world.data.call import BODY_TYPE, VECTOR, call_on_tree, call_with_body
 from contactlaw.world.data.records import ASKED, DENIED, PASSES, PLACED
-from contactlaw.world.data.vec import add, cross, dot, load, norm, store, sub
+from contactlaw.world.data.vec import cross, load, norm, store
 from contactlaw.world.near.passing import find_passing
 from contactlaw.world.state import forget_motion_of
+from contactlaw.world.trees.dynamics import add_impulse
 from contactlaw.world.trees.kinematics import spread_velocity, vector
 from contactlaw.world.trees.mobility import clear, copy, leave_placed
 
@@ -191,15 +192,14 @@ def read_tree(head, j, t):
         f[i] = number(d.qfrc_smooth, k) + number(d.qfrc_bias, k)
         f[i] = f[i] + (number(d.qfrc_constraint, k) - number(head.given, k))
         axis.side = 0.0
-        entries, other, carrier = entry(m.D_rowadr, k) + entry(m.D_diag, k), i, i
-        for p in range(axis.depth, -1, -1):  # the engine keeps the entries of the axes that carry this one
-            damping[i, p], springs[i, p] = 0.0, 0.0
-            if other == carrier:
-                damping[i, p] = -number(d.qDeriv, entries)
-                if other != i and damping[i, p] != 0.0:
-                    t.coupled = 1
-                entries, carrier = entries - 1, axis_at(t.axes, carrier).carrier
-            other = axis_at(t.axes, other).parent
+        clear(springs[i])
+        clear(damping[i])
+        entries, carrier = entry(m.D_rowadr, k) + entry(m.D_diag, k), i
+        while carrier >= 0:  # the engine keeps the entries of the axes that carry this one, which have earlier rows
+            value = -number(d.qDeriv, entries)
+            damping[i, carrier], damping[carrier, i] = value, value
+            t.coupled = 1 if carrier != i and value != 0.0 else t.coupled
+            entries, carrier = entries - 1, axis_at(t.axes, carrier).carrier
     clear(v)
     read_equalities(head, j, t)
     t.stale, t.span = 1, head.step_size
@@ -277,13 +277,11 @@ def press(block, b, arm, force, push):
         j = jointed_at(head.trees, i)
         if tree_at(world_at(head.world, 0).trees, j.tree).bodies == t.bodies:
             first = j.v
-    link = link_at(t.links, b.member)
-    moment, push_io = cross(add(sub(load(b.position), load(t.origin)), arm), force), floats(push, 0, head.nv)
-    k = link.first_axis + link.axes - 1
+    x, push_io = vector(t.x, t.v_size), floats(push, 0, head.nv)
+    k = add_impulse(t, b, force, cross(arm, force), x, 0.0)
     while k >= 0:
-        axis = axis_at(t.axes, k)
-        push_io[whole_at(head.places, first + k)] += dot(load(axis.spin), moment) + dot(load(axis.velocity), force)
-        k = axis.carrier
+        push_io[whole_at(head.places, first + k)] += x[k]
+        k = axis_at(t.axes, k).parent
 
 
 def addresses() -> dict[str, int]:

@@ -8,11 +8,11 @@ from contactlaw.memory import element
 from contactlaw.world.bodies.motion import settle
 from contactlaw.world.data.access import axis_at, body_at, joint_at, link_at, tree_at, world_at
 from contactlaw.world.data.quaternion import load4, turn_by
-from contactlaw.world.data.records import BALL, FREE_JOINT, HINGE, SLIDE
+from contactlaw.world.data.records import BALL
 from contactlaw.world.data.vec import add, load, scale, store, sub
 from contactlaw.world.near.following import overlaps
 from contactlaw.world.trees.implicit import add_masses
-from contactlaw.world.trees.kinematics import vector
+from contactlaw.world.trees.kinematics import is_free, vector
 from contactlaw.world.trees.mobility import clear, copy
 
 EXACT = 1e-9  # relative difference of a coordinate that counts as rounding
@@ -55,15 +55,11 @@ def is_left(own, t):
     close = 0.5 * EXACT * (1.0 + most)
     for i in range(t.joint_count):
         joint = joint_at(t.joints, i)
-        straight = 3 if joint.kind == FREE_JOINT else 0 if joint.kind == BALL else 1
-        turned = joint.first_q + straight
-        for k in range(joint.first_q, turned):
-            if not abs(left[k] - q[k]) <= close:
+        ball, first = joint.kind == BALL, joint.first_q
+        for k in range(first, first + 4 if ball else first + 1):
+            other = abs(left[k] + q[k]) if ball else inf  # a quaternion and its negative are the same rotation
+            if not min(abs(left[k] - q[k]), other) <= close:
                 return False
-        if joint.kind == FREE_JOINT or joint.kind == BALL:
-            for k in range(turned, turned + 4):  # a quaternion and its negative are the same rotation
-                if not min(abs(left[k] - q[k]), abs(left[k] + q[k])) <= close:
-                    return False
     return True
 
 
@@ -119,9 +115,9 @@ def take_response(block, dt, lag):
         force[k] -= push[k]
     add_product(m, vector(own.free_acceleration, t.v_size), -1.0, force)
     motor = 0
-    for i in range(t.joint_count):
+    for i in range(4 if is_free(t, link_at(t.links, 0)) else 0, t.joint_count):
         joint = joint_at(t.joints, i)
-        if joint.kind == HINGE or joint.kind == SLIDE:
+        if joint.kind != BALL:
             k = joint.first_axis
             axis = axis_at(t.axes, k)
             inertia = m[k, k] - axis.armature
@@ -178,7 +174,7 @@ def find_end(block, world, dt, pressed):
         v[k] -= 0.0 if pressed else 0.5 * dt * a[k]
     copy(v, gained)
     # Bullet keeps the spin of a base along the axes before its step
-    if t.joint_count > 0 and joint_at(t.joints, 0).kind == FREE_JOINT:
+    if is_free(t, link_at(t.links, 0)):
         turn, (w_0, x_0, y_0, z_0) = load4(left[3:7]), load4(vector(own.start_q, t.q_size)[3:7])
         store(gained[3:6], turn_by((w_0, -x_0, -y_0, -z_0), turn_by(turn, load(v[3:6]))))
     before, free = vector(own.start_v, t.v_size), vector(own.free_acceleration, t.v_size)

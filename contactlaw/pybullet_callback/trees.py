@@ -37,12 +37,11 @@ from contactlaw.pybullet_callback.jointed import (
 from contactlaw.pybullet_callback.shapes import BASE, KINDS, Key, joints_of, pose_of
 from contactlaw.world import World
 from contactlaw.world.data.frames import CONJUGATE, IDENTITY, UNTURNED, Pose
-from contactlaw.world.data.records import BALL, FREE_JOINT, HINGE, SLIDE, Array, Arrays
+from contactlaw.world.data.records import BALL, SLIDE, Array, Arrays
 from contactlaw.world.trees.coordinates import numbers
 from contactlaw.world.trees.description import Joint, Part, records_of
 
 LEAST_INERTIA = 1e-12  # [m^2], of moments of inertia over mass
-TRANSLATIONS = {FREE_JOINT: 3, SLIDE: 1}  # number of translational axes of a joint, its first ones
 UP = (0.0, 0.0, 1.0)
 
 
@@ -65,7 +64,7 @@ class Tree:
     """A body of PyBullet with joints, as a tree of a world.
 
     Attributes:
-        joints: Kind, and first index among coordinates and velocities of each joint, that of a free base included.
+        joints: Kind, and first index among coordinates and velocities of joints; of a free base of four.
         rows: Its `TreeRecords`.
         links: PyBullet's links that move, in their order.
         heads: First link of each body of the tree (links connected by fixed joints are one body).
@@ -97,8 +96,8 @@ class Tree:
         self.rows = records_of(parts)
         self.q_size, self.v_size = self.rows.start.size, self.rows.axes.size
         self.joints = self.rows.joints[["kind", "first_q", "first_axis"]].tolist()
-        self._joint_links, self._kinds = self.heads[self.free :], self.joints[self.free :]
-        motors = sum(kind in (HINGE, SLIDE) for kind, _, _ in self.joints)
+        self._joint_links, self._kinds = self.heads[self.free :], self.joints[4 * self.free :]
+        motors = sum(kind != BALL for kind, _, _ in self._kinds)
         sizes = {"q": self.q_size, "v": self.v_size, "m": motors, "n": self.rows.links.size, "3": 3}
         own = {name: np.zeros([sizes[one] for one in shape]) for name, shape in NUMBERS.items()}
         self._own: Any = np.zeros(1, OWN)
@@ -113,8 +112,7 @@ class Tree:
         self.placed = self.pressed = False
         before = self.rows.links["parent"].tolist()
         owners = np.repeat(np.arange(len(before)), self.rows.links["axes"]).tolist()
-        straight = [k for kind, _, first in self.joints for k in range(first, first + TRANSLATIONS.get(kind, 0))]
-        self._translations = [(k, owners[k], before[owners[k]]) for k in straight]
+        self._translations = [(k, owners[k], before[owners[k]]) for kind, _, k in self.joints if kind == SLIDE]
 
     def add_to(self, world: World) -> list[Key]:
         """Add its tree to a world, whose bodies get consecutive numbers; return body and link of each."""

@@ -165,7 +165,7 @@ def with_room(one: Arrays, owners: Array) -> Arrays:
 
     memory = room(np.float64, contacts, one.memory.shape[1])
     return one._replace(
-        near=room(NEAR, near), guards=room(GUARD, near if one.shapes["swept"].any() else 1),
+        near=room(NEAR, near), guards=room(GUARD, near if one.shapes["predict"].any() else 1),
         island_pairs=room(np.int64, near), contacts=room(CONTACT, contacts), memory=memory,
         spare=np.arange(contacts)[::-1].copy(), rows=room(ROW, near), coasting=room(COASTING, contacts),
         saved_contacts=room(CONTACT, contacts), saved_memory=memory,

@@ -9,7 +9,9 @@ from contactlaw.jit import jit
 from contactlaw.world import World
 from contactlaw.world.data.access import body_at, shape_at
 from contactlaw.world.data.frames import matrix_of
-from contactlaw.world.shapes.geometry import BACK, effective_radius, meet
+from contactlaw.world.data.kinds import DISC
+from contactlaw.world.shapes.curvature import effective_radius, equivalent_radius
+from contactlaw.world.shapes.geometry import BACK, meet
 from contactlaw.world.shapes.gjk import cell_of
 from contactlaw.world.shapes.hulls import by_direction, convex_hull, core_of
 from tests.world.long_shapes import sphere
@@ -50,12 +52,36 @@ def cube(world: World, half: float, place, **motion) -> tuple[int, float]:
 
 
 @jit
+def joined(p, q):
+    """`equivalent_radius` of two curvatures."""
+    return equivalent_radius(p, q)
+
+
+@jit
 def meeting(world, i, j):
     """`meet` of two shapes of a world, and their effective radius."""
     w = world[0]
     sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
     a, b = body_at(w.bodies, sa.body), body_at(w.bodies, sb.body)
-    return meet(sa, a, sb, b), effective_radius(sa, a, sb, b)[0]
+    found = meet(sa, a, sb, b)
+    return found, effective_radius(sa, a, sb, b, *found[1:])[0]
+
+
+def test_a_rim_over_a_cylinder_counts_the_curvatures_of_both() -> None:
+    world, pair = World(), steel_pair()
+    inertia, r, rounding = (1e-5, 1e-5, 1e-5), (0.02, 0.03), (0.002, 0.003)
+    upper = world.add_cylinder(world.add_body(0.1, inertia), r[0], 0.01, axis=(1.0, 0.0, 0.0), rounding=rounding[0])
+    place = (0.008, 0.0, -0.05 - 1e-6)  # the end of the upper one is over the crest of the lower one
+    lower = world.add_cylinder(
+        world.add_body(0.1, inertia, place), r[1], 0.05, axis=(0.0, 1.0, 0.0), rounding=rounding[1]
+    )
+    world.add_contact([upper], [lower], pair)
+    arrays = world.arrays.bound()
+    rims = [i for i in np.flatnonzero(arrays.shapes["kind"] == DISC) if world.owners[i] == upper]
+    (overlap, *_), radius = max(meeting(arrays.world, i, lower) for i in rims)
+    far = rounding[0] + np.linalg.norm(arrays.shapes["half"][rims[0]])
+    assert abs(overlap) < 1e-4
+    assert radius == pytest.approx(joined(1.0 / far, 1.0 / rounding[0] + 1.0 / r[1]), rel=1e-6)
 
 
 def test_a_hull_reaches_as_far_as_its_points_and_its_core_a_radius_less() -> None:

@@ -9,12 +9,12 @@ from contactlaw.laws.slip import stuck_stiffness
 from contactlaw.world.bodies.motion import closing_at, mobility_between, swing, velocity_at
 from contactlaw.world.contacts.force import is_quasi_static
 from contactlaw.world.data.access import body_at, contact_at, pair_at, shape_at, tree_at
-from contactlaw.world.data.call import ask_deepest
-from contactlaw.world.data.kinds import BOX, DISC, EDGE, HEIGHT_FIELD, HULL, SEGMENT, SIDE
+from contactlaw.world.data.kinds import BOX, EDGE, HULL
 from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.records import NEVER
-from contactlaw.world.data.vec import cross, dot, load, norm, sub
-from contactlaw.world.shapes.geometry import effective_radius, meet_near
+from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, sub
+from contactlaw.world.shapes.curvature import effective_radius, has_known_radius
+from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.trees.motion import SUBSTEP_TURN
 
 FEWER = 4.0  # by which the substeps of a quasi-static contact are divided
@@ -46,7 +46,7 @@ def impact_duration(k, duration, mass, overlap, closing, push):
 
 
 def radius_of(w, p, a, b):
-    """Return R [m] of a near pair where its bodies are, and the longer axis, see `geometry.effective_radius`.
+    """Return R [m] of a near pair where its bodies are, and the longer axis, see `curvature.effective_radius`.
 
     Contacts of a given radius are circular.
     """
@@ -54,11 +54,10 @@ def radius_of(w, p, a, b):
     if own > 0.0:
         return own, (0.0, 0.0, 0.0)
     sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
-    if sb.kind == HEIGHT_FIELD and SEGMENT <= sa.kind <= SIDE and sa.kind != DISC:
-        _, _, arm, _ = meet_near(w, p, a, b)
-        along, radius = ask_deepest(sb.deepest, sa, a, sb, b, arm)
-        return radius, along
-    return effective_radius(sa, a, sb, b)
+    n, arm_a, arm_b = ZERO, ZERO, ZERO
+    if not has_known_radius(sa, sb):
+        _, n, arm_a, arm_b = meet_near(w, p, a, b)
+    return effective_radius(sa, a, sb, b, n, arm_a, arm_b)
 
 
 def share_of(t, sa, sb):

@@ -18,7 +18,6 @@ from contactlaw.world.contacts.rolling import moment_of, update_rolled
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, pair_at, shape_at
 from contactlaw.world.data.call import address, call_roll, ready
 from contactlaw.world.data.demand import ROLL
-from contactlaw.world.data.kinds import DISC
 from contactlaw.world.data.materials import friction_of, law_of, memory_of, speed_numbers
 from contactlaw.world.data.quaternion import rotate
 from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED, RESIZED
@@ -87,7 +86,7 @@ def begin_contact(w, k, overlap):
     store(c.arm_a, arm_a)
     store(c.arm_b, arm_b)
     if law.sectors != 0.0 and dot(along, along) > 0.0:
-        set_ellipse(c, cross(n, along) if sa.kind == DISC else along, norm(along))
+        set_ellipse(c, along, norm(along))
     store(c.force, (0.0, 0.0, 0.0))
     c.interval, c.closing_acceleration, c.end_weight = 0.0, 0.0, 0.0
     clear_torsion(c.torsion)

@@ -11,7 +11,6 @@ from contactlaw.world.data import records
 body_at: Any = element(records.BODY)
 shape_at: Any = element(records.SHAPE)
 field_at: Any = element(records.FIELD)
-swept_at: Any = element(records.SWEPT)
 pair_at: Any = element(records.PAIR)
 guard_at: Any = element(records.GUARD)
 near_at: Any = element(records.NEAR)

@@ -83,9 +83,9 @@ TREE = record(
     hangs_on="i8",  # number of that body
     gravity=VECTOR,  # [m/s^2]
     q="u8", v="u8", a="u8",  # addresses of its numbers: generalised coordinates, velocities, accelerations
-    f="u8", d="u8", v_f="u8",  # generalised force f - D (v - v_f), all constant over a step; D laid out as `factor`
-    springs="u8",  # half a step times the stiffness of springs, a part of D, as `factor`: `mujoco_plugin.joint_forces`
-    e="u8",  # inertia by which soft constraints resist acceleration, constant over a step; as `factor`
+    f="u8", d="u8", v_f="u8",  # generalised force f - D (v - v_f), all constant over a step; D (v_size, v_size)
+    springs="u8",  # half a step times the stiffness of springs, a part of D: see `mujoco_plugin.joint_forces`
+    e="u8",  # inertia by which soft constraints resist acceleration, constant over a step; as D
     coupled="i8",  # 1: D or E has entries off the diagonal
     x="u8",  # (v_size,), argument and result of these functions
     pending="u8", kicked="i8",  # (v_size,), generalised impulses not yet applied to v; 1: there are some
@@ -154,8 +154,6 @@ AXIS = record(
 SHAPE = record(
     kind="i8", body="i8",
     group="i8",  # row and column in `Arrays.groups`, the table of the pair of materials that two shapes make
-    meet="u8",  # address of the function that finds where a hull or an ellipsoid meets another shape
-    separation="u8",  # function that separates a core from a plane or another core, see `convex.separate`
     radius="f8",  # [m] of a sphere, a segment or a disc, or of rounded edges; of a tangent plane: its reach
     at=VECTOR,  # [m] centre, or point of a plane, along the body's principal axes
     normal=VECTOR,  # outward normal of a plane, or axis of a disc, along the same axes
@@ -165,17 +163,13 @@ SHAPE = record(
     partner="i8",  # the only shape that a tangent plane meets
     place="i8",  # number of a height field among those of its surface
     next="i8",  # next part of a box, cylinder or hull, or of the shape that it is a part of; 0: none
-    deepest="u8",  # address of the function that finds the deepest point of a disc; of a field: R on a ridge
     first="i8",  # of a hull: row in `Arrays.points` of the table of its core, along the principal axes from `at`
-    # addresses: of that table; `radius` of hulls, ellipsoids and cylinders; nearest of a hull; `meet_beside` of a field
-    points="u8", curve="u8", nearest="u8", beside="u8",
-    swept="u8",  # address of `SWEPT`, of all shapes but spheres and planes
+    points="u8",  # address of that table
+    # addresses of functions, see `shapes.functions`
+    meet="u8", curve="u8", separation="u8", nearest="u8", deepest="u8", beside="u8", predict="u8", over_face="u8",
     friction="f8", priority="i8",  # coefficient for pairs that have none, and which of two shapes gives it
 )  # fmt: skip
 """A shape fixed to a body, of one of the `kinds`."""
-
-SWEPT = record(meet="u8", curve="u8", predict="u8", over_face="u8")
-"""Addresses of functions of swept shapes, see `shapes.functions`."""
 
 FIELD = record(
     columns="i8", rows="i8",

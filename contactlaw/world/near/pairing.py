@@ -34,24 +34,26 @@ from contactlaw.world.data.kinds import (
     SPHERE,
     TANGENT,
 )
-from contactlaw.world.data.records import CLOSED, FREE_JOINT, HINGE, NEVER
+from contactlaw.world.data.records import CLOSED, HINGE, NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body
 from contactlaw.world.near.guards import drop_guard, lead_of, new_guard, parts_margin, separate
 from contactlaw.world.near.places import places_of
-from contactlaw.world.shapes.geometry import IGNORED, centre, half_axis, is_ignored, lies_over_face, meet
+from contactlaw.world.shapes.geometry import (
+    IGNORED,
+    bounding_radius,
+    centre,
+    half_axis,
+    is_ignored,
+    lies_over_face,
+    meet,
+)
 from contactlaw.world.shapes.segments import clip
+from contactlaw.world.trees.kinematics import is_free
 
 
 def is_part(s):
     """Return whether a shape is a part of another one, or a further place on a height field."""
     return s.kind == CORNER or (EDGE <= s.kind <= SIDE) or s.place > 0
-
-
-def bounding_radius(s):
-    """Return the radius [m] of the sphere around a shape that is not a plane."""
-    if s.kind < SEGMENT:
-        return s.radius
-    return (s.radius if s.kind < BOX else 0.0) + norm(load(s.half))
 
 
 def meets(kind_a, kind_b):
@@ -191,8 +193,7 @@ def root_of(w, i):
     t, k = tree_at(b.tree, 0), b.member
     while link_at(t.links, k).parent >= 0:
         k = link_at(t.links, k).parent
-    free = joint_at(t.joints, link_at(t.links, k).first_joint).kind == FREE_JOINT
-    return t.first + k if free else t.hangs_on
+    return t.first + k if is_free(t, link_at(t.links, k)) else t.hangs_on
 
 
 def slot_of(w, i, j):

@@ -12,8 +12,8 @@ from contactlaw.world.bodies.motion import (
     turn_rate,
     velocity_at,
 )
-from contactlaw.world.data.access import body_at, shape_at, swept_at
-from contactlaw.world.data.call import ask_time
+from contactlaw.world.data.access import body_at, shape_at
+from contactlaw.world.data.call import ask_predict
 from contactlaw.world.data.kinds import HEIGHT_FIELD, PLANE, SEGMENT, SPHERE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.saved import scratch_body
@@ -118,7 +118,7 @@ def find_time(w, p, a, b, now, left):
             p.toi = now + wait
             return
     if sa.kind >= SEGMENT:
-        ask_time(swept_at(sa.swept, 0).predict, p, sa, a, sb, b, n, arm_a, left)
+        ask_predict(sa.predict, p, sa, a, sb, b, n, arm_a, left)
         return
     slack, horizon = 0.0, left
     if a.oriented != 0 or b.oriented != 0:

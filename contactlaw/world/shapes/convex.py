@@ -6,36 +6,15 @@ are shapes of their own; two cores meet directly in one point only where neither
 cylinder's rims and feet.
 """
 
-from math import sqrt
-
 from contactlaw.world.data.call import ask_deepest
 from contactlaw.world.data.kinds import BOX, DISC, EDGE, PLANE, SEGMENT
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
-from contactlaw.world.shapes.core import CROWN, deepest_on_line
-from contactlaw.world.shapes.curvature import feature, radius_between, rim, side_at
+from contactlaw.world.shapes.core import deepest_on_line
 from contactlaw.world.shapes.geometry import BACK, centre
 from contactlaw.world.shapes.gjk import nearest, seek, support
 from contactlaw.world.shapes.segments import clip
 
 DEEP = 1e-6  # of the sum of radii: distance of cores up to which they count as overlapping
-
-
-def radius(sa, a, sb, b):
-    """`geometry.effective_radius` with a hull. The angle of two edges is taken for a right one."""
-    if sa.kind >= BOX:
-        return sqrt(sa.radius * sb.radius), ZERO
-    if sa.kind == DISC:
-        return rim(sa, a)
-    at, u = 0.0, ZERO
-    if sa.kind == SEGMENT or sa.kind == EDGE:
-        u = to_world(a.axes, load(sa.half))
-        at, _, (_, count, e, _) = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b), 0.0)
-        if sa.kind == EDGE and count < 3.0:
-            return sqrt(sa.radius * sb.radius), ZERO
-    else:
-        _, _, corners, e = nearest(sa, a, sb, b, ZERO)
-        count = float(corners)
-    return radius_between(side_at(sa, u, at, CROWN), feature(sb.radius, count, e))
 
 
 def meet(sa, a, sb, b, along):

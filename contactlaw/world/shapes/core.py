@@ -10,7 +10,7 @@ from contactlaw.jit import jit_module
 from contactlaw.world.data.call import ask_nearest
 from contactlaw.world.data.kinds import BOX, EDGE, HULL
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, norm, scale, to_body, to_world
-from contactlaw.world.shapes.segments import clip
+from contactlaw.world.shapes.segments import next_place
 
 ITERATIONS = 60  # of Newton's method, which ends on the right piece of the slope; guarded by bisection
 CROWN = 0.01  # of the radius, by which sides, edges and discs are lower at their middle, and again at their ends
@@ -174,7 +174,7 @@ def deepest_on_line(d, u, rounding, shapes, at):
     p, q, same = d, u, CONVERGED_ON_HULL
     if s.kind != HULL:
         p, q, same = local(d, s, b), local(u, s, b), CONVERGED
-    low, high, back, found = -2.0, 2.0, 0.0, NOWHERE
+    ends, back, found = (-2.0, 2.0), 0.0, NOWHERE
     for _ in range(ITERATIONS):
         found = excess_at(p, scale(at, q), rounding, shapes, found)
         e, count, other, _ = found
@@ -184,13 +184,7 @@ def deepest_on_line(d, u, rounding, shapes, at):
         slope = far * growth + falls * along / far + dot(change_of(e, count, other, q, rounding, s), q)
         if value == 0.0:  # the whole line is inside
             break
-        if value > 0.0:
-            high = at
-        else:
-            low = at
-        new = clip(at - value / slope)
-        if not low < new < high:
-            new = clip(0.5 * (low + high))
+        new, ends = next_place(at, value, slope, ends)
         if abs(new - at) <= same:
             break
         at = new

@@ -1,4 +1,4 @@
-"""Effective radius of elliptic Hertz contacts: that of the ball on a plane with the same force law.
+"""Curvatures of all shapes, and the effective radius of a contact: of the ball on a plane with the same force law.
 
 With the relative principal curvatures p <= q [1/m] in two perpendicular directions the contact is an ellipse of half
 axes a >= b, k^2 = 1 - (b/a)^2, where (Johnson 1985, section 4.2)
@@ -13,14 +13,21 @@ from math import atan2, cos, exp, log, log1p, sin, sqrt
 
 from contactlaw.jit import jit_module
 from contactlaw.world.data.access import body_at, shape_at
-from contactlaw.world.data.kinds import BOX, CORNER, EDGE, SEGMENT
-from contactlaw.world.data.vec import add, axpy, dot, load, scale, to_body, to_world
-from contactlaw.world.shapes.geometry import meet
+from contactlaw.world.data.call import ask_curve, ask_nearest
+from contactlaw.world.data.kinds import BOX, CORNER, DISC, EDGE, ELLIPSOID, HULL, PLANE, SEGMENT, SIDE
+from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub, tangent, to_body, to_world
+from contactlaw.world.shapes.core import CROWN, local
+from contactlaw.world.shapes.disc import line_of
+from contactlaw.world.shapes.ellipsoid import shrink, swell
+from contactlaw.world.shapes.field_surface import curvatures, normal, surface, within
+from contactlaw.world.shapes.geometry import centre, meet
+from contactlaw.world.shapes.segments import CAPSULE_CROWN
 
 SCALE = 0.0312022  # of the fit of ln(R sqrt(p q)) in ln(1 + SCALE ln^2(q/p))
 FIT = (1.3265492, 0.13058459, 0.11675849)  # its coefficients
 FLATTEST = 1e-5  # ratio of curvatures, at least: the range of the fit
 ALIGNED = 1.0 - 1e-9  # cosine of the angle between a normal and an axis of a box from which it counts as a face's
+LEVEL = 1e-6  # component of a normal along or across an axis that counts as zero: `ellipsoid` finds it to 1e-8
 UNCLEAR = (
     "touching at the edge of a box, or with the side of a capsule on a box: R = {:.3g} m is taken from the ball or "
     "capsule; give the pair its radius"
@@ -39,33 +46,17 @@ def radius_between(one, two):
     """Return R [m] of two bodies, and the longer axis of the ellipse, a vector of length ln(q/p).
 
     one, two: of each body the least principal curvature [1/m], the greatest, and the unit vector of the direction of
-    the least. The curvature tensors add; their deviators turn by twice the angle between both directions.
+    the least. The curvature tensors add.
     """
     along_a, across_a, e = one
     along_b, across_b, f = two
-    mean = 0.5 * (along_a + across_a + along_b + across_b)
-    x, y, cosine = 0.5 * (across_a - along_a), 0.5 * (across_b - along_b), dot(e, f)
-    differ = sqrt(max(x * x + y * y + 2.0 * x * y * (2.0 * cosine * cosine - 1.0), 0.0))
-    p = max(mean - differ, FLATTEST * (mean + differ))
-    return equivalent_radius(p, mean + differ), scale(log((mean + differ) / p), between(x, e, y, f, differ))
-
-
-def between(x, e, y, f, differ):
-    """Return the direction of least relative curvature.
-
-    x, y >= 0: half differences of the principal curvatures of both bodies; e, f: their directions of least curvature;
-    differ: half difference of the relative curvatures.
-    """
-    cosine = dot(e, f)
-    across = axpy(-cosine, e, f)
-    sine = sqrt(dot(across, across))
-    if y == 0.0 or sine == 0.0:
-        return e if x > 0.0 else f
-    if x == 0.0 or differ == 0.0:
-        return f
-    double = (x + y * (2.0 * cosine * cosine - 1.0)) / differ
-    near, far = sqrt(max(0.5 + 0.5 * double, 0.0)), sqrt(max(0.5 - 0.5 * double, 0.0))
-    return add(scale(near, e), scale((far if cosine >= 0.0 else -far) / sine, across))
+    cosine, bent = dot(e, f), along_b - across_b
+    u = axpy(-cosine, e, f)
+    sine = norm(u)
+    tt, uu = along_a + across_b + bent * cosine * cosine, across_a + across_b + bent * sine * sine
+    p, q, way = principal(tt, bent * cosine * sine, uu, e, scale(1.0 / max(sine, 1e-300), u))
+    p = max(p, FLATTEST * q)
+    return equivalent_radius(p, q), scale(log(q / p), way)
 
 
 def principal(tt, tu, uu, t, u):
@@ -75,27 +66,102 @@ def principal(tt, tu, uu, t, u):
     return mean - differ, mean + differ, add(scale(-sin(angle), t), scale(cos(angle), u))
 
 
-def rim(s, b):
-    """Return `radius_between` of a cylinder's rim and a flat shape; the vector is along the cylinder's axis instead.
+def has_known_radius(sa, sb):
+    """Return whether R of two shapes is that of balls, or a ball on a plane, wherever they touch.
 
-    The rim has the radius of its edge, and that of the circle, as where the cylinder stands upright.
+    Boxes count as flat for all but rims and ellipsoids.
     """
-    p, q = 1.0 / (s.radius + sqrt(dot(load(s.half), load(s.half)))), 1.0 / s.radius
-    return equivalent_radius(p, q), scale(log(q / p), to_world(b.axes, load(s.normal)))
+    flat = sb.curve == 0 or sb.kind >= PLANE
+    return sa.kind < DISC and ((sa.curve == 0 and flat) or sb.kind == BOX)
 
 
-def feature(radius, count, edge):
-    """Return the curvatures, see `radius_between`, of a swept core at a vertex, an edge or a face: count = 1, 2, 3."""
-    k = 1.0 / radius if radius > 0.0 and count < 3 else 0.0
-    return (0.0, k, scale(1.0 / sqrt(dot(edge, edge)), edge)) if count == 2 else (k, k, edge)
+def effective_radius(sa, a, sb, b, n, arm_a, arm_b):
+    """Return R [m] where two shapes meet, and the longer axis of the contact ellipse as `radius_between`.
+
+    n, arm_a, arm_b: as of `geometry.meet`, if it has no known radius. Of two cores, and where an edge crosses one of a
+    hull, the radii are those of edges, at a right angle.
+    """
+    if has_known_radius(sa, sb):
+        return sa.radius if sb.kind >= BOX else sa.radius * sb.radius / (sa.radius + sb.radius), ZERO
+    if sa.kind >= BOX:
+        return sqrt(sa.radius * sb.radius), ZERO
+    one, two = curvatures_of(sb, b, sa, a, scale(-1.0, n), arm_a), curvatures_of(sa, a, sb, b, n, arm_b)
+    if sa.kind == EDGE and sb.kind == HULL and two[1] > 0.0:
+        return sqrt(sa.radius * sb.radius), ZERO
+    return radius_between(one, two)
 
 
-def side_at(s, u, place, crown):
-    """Return the curvatures, see `radius_between`, of a sphere, or of a capsule at a place along its half axis u."""
-    k, square = 1.0 / s.radius, dot(u, u)
-    if square == 0.0 or abs(place) >= 1.0:
-        return k, k, (1.0, 0.0, 0.0)
-    return 2.0 * crown * s.radius / square, k, scale(1.0 / sqrt(square), u)
+def curvatures_of(sa, a, sb, b, n, arm):
+    """Return the curvatures of shape B, see `radius_between`, where it touches shape A.
+
+    n: its outward normal there. arm: of the point of contact from its body's centre of mass [m].
+    """
+    if sb.curve != 0:
+        return ask_curve(sb.curve, sa, a, sb, b, n, arm)
+    k = 1.0 / sb.radius if sb.kind < PLANE else 0.0
+    return k, k, ZERO
+
+
+def of_line(sa, a, sb, b, n, arm):
+    """`curvatures_of` a capsule's or a cylinder's side, or an edge; of a sphere at the ends of the former."""
+    u, radius = line_of(sb, b)
+    square, crown = dot(u, u), CROWN if sa.kind >= BOX else CAPSULE_CROWN
+    if abs(dot(sub(arm, centre(sb, b)), u)) >= square and sb.kind != SIDE:
+        return 1.0 / radius, 1.0 / radius, ZERO
+    return 2.0 * crown * sb.radius / square, 1.0 / radius, scale(1.0 / sqrt(square), u)
+
+
+def of_rim(sa, a, sb, b, n, arm):
+    """`curvatures_of` a cylinder's rim: those of its edge and, as where the cylinder stands upright, of the circle."""
+    along = cross(n, to_world(b.axes, load(sb.normal)))
+    far = sb.radius + norm(load(sb.half))
+    return 1.0 / far, 1.0 / sb.radius, scale(1.0 / max(norm(along), 1e-300), along)
+
+
+def of_ellipsoid(sa, a, sb, b, n, arm):
+    """`curvatures_of` an ellipsoid: those of Q^-1 times h, see `ellipsoid`."""
+    t = tangent(n)
+    u = cross(n, t)
+    h, q = sqrt(dot(n, swell(sb, b, n))), shrink(sb, b, t)
+    return principal(h * dot(t, q), h * dot(u, q), h * dot(u, shrink(sb, b, u)), t, u)
+
+
+def of_cylinder(sa, a, sb, b, n, arm):
+    """`curvatures_of` a cylinder's side, end or rim, which is sharp, and counts as flat, for balls and capsules."""
+    m = local(n, sb, b)
+    out, side = norm((m[0], m[1], 0.0)), abs(m[2]) < LEVEL
+    radius = sb.half[0] if side else (sb.radius if sa.kind >= EDGE else 0.0)
+    if out < LEVEL or radius == 0.0:
+        return 0.0, 0.0, ZERO
+    along = (0.0, 0.0, 1.0) if side else (-m[1] / out, m[0] / out, 0.0)
+    return 0.0, 1.0 / radius, to_world(b.axes, to_world(sb.axes, along))
+
+
+def of_box(sa, a, sb, b, n, arm):
+    """`curvatures_of` a box at a corner, an edge or a face: the normal tells which."""
+    m, k = local(n, sb, b), 1.0 / sb.radius
+    x, y, z = 1.0 * (abs(m[0]) < LEVEL), 1.0 * (abs(m[1]) < LEVEL), 1.0 * (abs(m[2]) < LEVEL)
+    if x + y + z == 2.0:
+        return 0.0, 0.0, ZERO
+    return (0.0 if x + y + z == 1.0 else k), k, to_world(b.axes, to_world(sb.axes, (x, y, z)))
+
+
+def of_hull(sa, a, sb, b, n, arm):
+    """`curvatures_of` a hull at a vertex, an edge or a face."""
+    point = add(arm, sub(load(b.position), add(load(a.position), centre(sa, a))))
+    _, count, edge, _ = ask_nearest(sb.nearest, sa, a, sb, b, point, 0.0, (ZERO, ZERO, ZERO))
+    k = 1.0 / sb.radius if count < 3.0 else 0.0
+    return (0.0, k, scale(1.0 / norm(edge), edge)) if count == 2.0 else (k, k, ZERO)
+
+
+def of_field(sa, a, sb, b, n, arm):
+    """`curvatures_of` a height field under a side or an edge; for rims and ellipsoids it counts as flat."""
+    if sa.kind == DISC or sa.kind == ELLIPSOID:
+        return 0.0, 0.0, ZERO
+    foot = local(sub(arm, centre(sb, b)), sb, b)
+    _, slopes, bends = surface(sb, within(foot[0], sb.half[0]), within(foot[1], sb.half[1]))
+    least, most, e = principal(*curvatures(slopes, bends, normal(slopes)))
+    return least, most, to_world(b.axes, to_world(sb.axes, e))
 
 
 def radius_is_clear(w, c):

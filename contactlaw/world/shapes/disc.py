@@ -16,10 +16,10 @@ is the disc swept along the axis too, crowned by C (1 + s^2 + y^2/c^2), s from -
 from math import sqrt
 
 from contactlaw.jit import jit_module
-from contactlaw.world.data.kinds import EDGE, HULL, PLANE, SEGMENT
-from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub, to_world
-from contactlaw.world.shapes.core import CROWN, LEAST, NOWHERE, change_of, deepest_on_line, excess_at, excess_of, local
-from contactlaw.world.shapes.curvature import feature, radius_between, side_at
+from contactlaw.world.data.kinds import HULL, PLANE, SIDE
+from contactlaw.world.data.vec import axpy, cross, dot, load, norm, scale, to_world
+from contactlaw.world.shapes.core import CROWN, LEAST, NOWHERE, change_of, excess_at, local
+from contactlaw.world.shapes.segments import next_place
 
 ITERATIONS = 60  # of Newton's method at most; it takes three to six
 CUTS = 40  # times that a step is shortened at most, which converges slowly across edges of a hull
@@ -34,6 +34,14 @@ def dimensions(s):
     across = axpy(-along, load(s.normal), load(s.half))
     radius = norm(across)
     return radius, scale(1.0 / radius, across), along
+
+
+def line_of(s, b):
+    """Return the half axis of a side or an edge, world frame, and its radius [m]."""
+    if s.kind != SIDE:
+        return to_world(b.axes, load(s.half)), s.radius
+    out, _, along = dimensions(s)
+    return to_world(b.axes, scale(along, load(s.normal))), out + s.radius * (1.0 - 2.0 * CROWN)
 
 
 def within_circle(h, b, radius):
@@ -135,29 +143,16 @@ def along_axis(m, e1, e2, made, shapes):
     """Return the place -1..1 along the axis of the deepest point of a cylinder's side, and its place across the axis.
 
     made: half the axis, the crown, and the radius. The slope along the axis of the least distance of each disc is that
-    of the distance at its nearest point, and grows: regula falsi after Anderson and Bjorck.
+    of the distance at its nearest point, and grows: the secant method, guarded by bisection.
     """
-    low, high = -1.0, 1.0
-    y, below = slope_along(m, e1, e2, made, low, shapes)
-    if below >= 0.0:
-        return low, y
-    y, above = slope_along(m, e1, e2, made, high, shapes)
-    if above <= 0.0:
-        return high, y
-    at = 0.0
+    at, slope, ends = 0.0, 0.0, (-2.0, 2.0)
+    y, value = slope_along(m, e1, e2, made, at, shapes)
     for _ in range(ROOT_ITERATIONS):
-        before, at = at, (low * above - high * below) / (above - below)
-        y, value = slope_along(m, e1, e2, made, at, shapes)
-        if value == 0.0 or abs(at - before) <= ROOT_CONVERGED:
+        new, ends = next_place(at, value, slope, ends)
+        if value == 0.0 or abs(new - at) <= ROOT_CONVERGED:
             break
-        if value < 0.0:
-            share = 1.0 - value / below
-            above *= share if share > 0.0 else 0.5
-            low, below = at, value
-        else:
-            share = 1.0 - value / above
-            below *= share if share > 0.0 else 0.5
-            high, above = at, value
+        y, other = slope_along(m, e1, e2, made, new, shapes)
+        at, value, slope = new, other, (other - value) / (new - at)
     return at, y
 
 
@@ -167,22 +162,6 @@ def slope_along(m, e1, e2, made, at, shapes):
     y = nearest_in_disc(axpy(at, along, m), e1, e2, radius, crown / (radius * radius), shapes)
     (e, _, _, _), _, _ = slope_at(axpy(at, along, m), e1, e2, 0.0, y, shapes)
     return y, dot(e, along) + crown * norm(e) * at
-
-
-def radius(sa, a, sb, b):
-    """`geometry.effective_radius` of a ball, a capsule's side or an edge on a cylinder's side or end."""
-    d, u, at, crown = sub(load(a.position), load(b.position)), (0.0, 0.0, 0.0), 0.0, CROWN
-    d = add(d, sub(to_world(a.axes, load(sa.at)), to_world(b.axes, load(sb.at))))
-    rounding = sb.radius if sa.kind >= EDGE else 0.0
-    if sa.kind >= SEGMENT:
-        u = to_world(a.axes, load(sa.half))
-        at, _, _ = deepest_on_line(d, u, rounding, (sa, a, sb, b), 0.0)
-    e = excess_of(local(axpy(at, u, d), sb, b), sb, rounding)
-    axis = to_world(b.axes, to_world(sb.axes, (0.0, 0.0, 1.0)))
-    out = e[0] != 0.0 or e[1] != 0.0
-    around = (sb.half[0] if e[2] == 0.0 else rounding) if out else 0.0
-    edge = axis if e[2] == 0.0 else to_world(b.axes, to_world(sb.axes, (-e[1], e[0], 0.0)))
-    return radius_between(side_at(sa, u, at, crown), feature(around, 2 if out and around > 0.0 else 3, edge))
 
 
 jit_module(__name__)

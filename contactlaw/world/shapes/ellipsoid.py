@@ -16,11 +16,10 @@ Optim. 13, 298-321): the gap is then smaller at each iteration, so that no featu
 from math import copysign, sqrt
 
 from contactlaw.jit import jit_module
-from contactlaw.world.data.kinds import BOX, CYLINDER, ELLIPSOID, PLANE
+from contactlaw.world.data.kinds import BOX, CYLINDER, ELLIPSOID, HULL, PLANE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub, tangent, to_body, to_world
 from contactlaw.world.shapes.core import excess_of, local
-from contactlaw.world.shapes.curvature import feature, principal, radius_between
 from contactlaw.world.shapes.geometry import SUNK, centre
 from contactlaw.world.shapes.gjk import nearest, support
 
@@ -168,8 +167,8 @@ def leave(s, b, inside, m):
 def nearest_to_ellipsoid(sa, a, sb, b):
     """Find the nearest points of an ellipsoid A and B, anything but a plane.
 
-    Returns the normal from B, the gap [m], the point of B's core from its centre of mass, and the nearest feature there
-    as `feature_at`. Where A's inscribed ball reaches the core, the gap is the greatest `plane_gap` of the normals
+    Returns the normal from B, the gap [m], the point of B's core from its centre of mass, and the radius [m] that
+    sweeps the core there. Where A's inscribed ball reaches the core, the gap is the greatest `plane_gap` of the normals
     tried, of that from the core to A's middle, and of the core's faces.
     """
     between = sub(load(a.position), load(b.position))
@@ -177,14 +176,12 @@ def nearest_to_ellipsoid(sa, a, sb, b):
     if sb.kind == ELLIPSOID:
         n = add(shrink(sa, a, to_b), shrink(sb, b, to_b))
         n, gap, y = climb(sa, a, sb, b, ZERO, ZERO, scale(-1.0 / max(norm(n), 1e-300), n))
-        return n, gap, y, 3, ZERO, 0.0
+        return n, gap, y, 0.0
     h = sa.half
     ball = INSIDE * min(h[0], h[1], h[2]) ** 2 / max(h[0], h[1], h[2])
     v, y, count, e, around = feature_at(sa, a, sb, b, ZERO)
-    if (
-        norm(v) == 0.0 and sb.kind != BOX and sb.kind != CYLINDER
-    ):  # A's middle is in a core for which no depth is defined
-        return (0.0, 0.0, 1.0), -max(h[0], h[1], h[2]), y, 3, ZERO, sb.radius
+    if norm(v) == 0.0 and sb.kind == HULL:  # A's middle is in a core for which no depth is defined
+        return (0.0, 0.0, 1.0), -max(h[0], h[1], h[2]), y, sb.radius
     straight = scale(1.0 / max(norm(v), 1e-300), v)
     n = shrink(sa, a, v)
     n = scale(1.0 / max(norm(n), 1e-300), n)
@@ -198,7 +195,7 @@ def nearest_to_ellipsoid(sa, a, sb, b):
             break
         m = scale(1.0 / distance, v)
         if norm(sub(n, m)) <= 10.0 * CONVERGED:
-            return n, dot(sub(add(between, x), y), n), y, count, e, around
+            return n, dot(sub(add(between, x), y), n), y, around
         n = m
         if count < 3:
             edge = ZERO if count == 1 or (sb.kind == CYLINDER and around == sb.radius) else e
@@ -213,7 +210,7 @@ def nearest_to_ellipsoid(sa, a, sb, b):
         gap = plane_gap(sa, a, sb, b, n) if dot(n, n) > 0.0 else -NEVER
         if gap >= best:
             kept, best = n, gap
-    return kept, best, axpy(-best, kept, add(between, facing(sa, a, scale(-1.0, kept)))), 3, ZERO, sb.radius
+    return kept, best, axpy(-best, kept, add(between, facing(sa, a, scale(-1.0, kept)))), sb.radius
 
 
 def meet(sa, a, sb, b, _along):
@@ -225,38 +222,16 @@ def meet(sa, a, sb, b, _along):
         arm_b = add(arm_a, d)
         overlap = dot(sub(centre(sb, b), arm_b), n)
     elif sa.kind == ELLIPSOID:
-        n, gap, y, _, _, around = nearest_to_ellipsoid(sa, a, sb, b)
+        n, gap, y, around = nearest_to_ellipsoid(sa, a, sb, b)
         overlap = around - gap
         arm_b = axpy(0.5 * (around + gap), n, y)
         arm_a = sub(arm_b, d)
     else:
-        n, gap, y, _, _, around = nearest_to_ellipsoid(sb, b, sa, a)
+        n, gap, y, around = nearest_to_ellipsoid(sb, b, sa, a)
         overlap = around - gap
         arm_a = axpy(0.5 * (around + gap), n, y)
         arm_b, n = add(arm_a, d), scale(-1.0, n)
     return overlap, n, arm_a, arm_b
-
-
-def curved(s, b, n):
-    """Return the curvatures, see `radius_between`, of an ellipsoid where its normal is n: those of Q^-1 times h."""
-    t = tangent(n)
-    u = cross(n, t)
-    h, q = sqrt(dot(n, swell(s, b, n))), shrink(s, b, t)
-    return principal(h * dot(t, q), h * dot(u, q), h * dot(u, shrink(s, b, u)), t, u)
-
-
-def radius(sa, a, sb, b):
-    """`geometry.effective_radius` with an ellipsoid."""
-    two = feature(0.0, 3, ZERO)
-    if sb.kind == PLANE:
-        one = curved(sa, a, to_world(b.axes, load(sb.normal)))
-    elif sa.kind != ELLIPSOID:
-        n, _, _, count, e, around = nearest_to_ellipsoid(sb, b, sa, a)
-        one, two = curved(sb, b, n), feature(around, count, e)
-    else:
-        n, _, _, count, e, around = nearest_to_ellipsoid(sa, a, sb, b)
-        one, two = curved(sa, a, n), curved(sb, b, n) if sb.kind == ELLIPSOID else feature(around, count, e)
-    return radius_between(one, two)
 
 
 def separate(sa, a, sb, b, n):

@@ -1,23 +1,9 @@
 """Overlap, normal, point of contact and effective radius of two shapes: spheres and planes here, others by address."""
 
-from numba import types
-
 from contactlaw.jit import jit_module
-from contactlaw.world.data.access import contact_at, near_at, shape_at, swept_at
-from contactlaw.world.data.call import ask_beside, ask_deepest, ask_meeting, ask_over_face, ask_radius
-from contactlaw.world.data.kinds import (
-    BOX,
-    CYLINDER,
-    DISC,
-    EDGE,
-    ELLIPSOID,
-    HEIGHT_FIELD,
-    HULL,
-    PLANE,
-    SEGMENT,
-    SIDE,
-    SPHERE,
-)
+from contactlaw.world.data.access import contact_at, near_at, shape_at
+from contactlaw.world.data.call import ask_beside, ask_meet, ask_over_face
+from contactlaw.world.data.kinds import BOX, CYLINDER, EDGE, ELLIPSOID, HEIGHT_FIELD, HULL, PLANE, SEGMENT, SPHERE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
 
@@ -36,11 +22,6 @@ def centre(s, b):
     return to_world(b.axes, load(s.at))
 
 
-def swept_of(sa, sb):
-    """Return the addresses of functions of two shapes of which one is swept."""
-    return swept_at(sb.swept if sb.swept != 0 else sa.swept, 0)
-
-
 def meet(sa, a, sb, b, along=0.0):
     """Return overlap [m], normal from B to A, and the arms of the point of contact from both centres of mass [m].
 
@@ -51,21 +32,16 @@ def meet(sa, a, sb, b, along=0.0):
     the deepest point of A's sphere. That sphere is centred at the point of A's middle line nearest to B; of a disc at
     its deepest point.
     """
-    where = sa.meet if sa.meet != 0 and sb.kind != HEIGHT_FIELD else sb.meet
-    if where == 0 and sb.kind < PLANE and sb.kind != SPHERE:
-        where = swept_of(sa, sb).meet
+    where = sb.meet if sb.meet != 0 and (sa.kind != ELLIPSOID or sb.kind == HEIGHT_FIELD) else sa.meet
     if where != 0:
-        return ask_meeting(where, sa, a, sb, b, along)
+        return ask_meet(where, sa, a, sb, b, along)
     from_a, from_b = centre(sa, a), centre(sb, b)
     d = add(sub(load(a.position), load(b.position)), sub(from_a, from_b))
     if sb.kind == SPHERE:
         return round_on_round(sa.radius, from_a, sb.radius, from_b, d)
-    n, radius = to_world(b.axes, load(sb.normal)), sa.radius
-    if sa.kind == DISC:
-        offset, radius = ask_deepest(sa.deepest, sa, a, sb, b, d)
-        d, from_a = add(d, offset), add(from_a, offset)
-    arm = axpy(-radius, n, from_a)
-    return radius - dot(d, n), n, arm, add(arm, sub(load(a.position), load(b.position)))
+    n = to_world(b.axes, load(sb.normal))
+    arm = axpy(-sa.radius, n, from_a)
+    return sa.radius - dot(d, n), n, arm, add(arm, sub(load(a.position), load(b.position)))
 
 
 def meet_near(w, p, a, b):
@@ -89,6 +65,13 @@ def meet_place(w, p, a, b):
             one, two, three, held = (load(c.arm_a), load(c.normal)), one, two, held + 1
     held = FOLLOW if p.closed != 0 else held
     return ask_beside(sb.beside, sa, a, sb, b, held, (one[0], two[0], three[0]), (one[1], two[1], three[1]))
+
+
+def bounding_radius(s):
+    """Return the radius [m] of the sphere around a shape that is not a plane."""
+    if s.kind < SEGMENT:
+        return s.radius
+    return (s.radius if s.kind < BOX else 0.0) + norm(load(s.half))
 
 
 def max_overlap(sa, sb):
@@ -151,22 +134,7 @@ def lies_over_face(sa, a, sb, b, margin):
     if sa.kind != EDGE or sb.kind != BOX:
         return False
     d = add(sub(load(a.position), load(b.position)), sub(centre(sa, a), centre(sb, b)))
-    return ask_over_face(swept_of(sa, sb).over_face, d, half_axis(sa, a), margin, sb, b)
-
-
-def effective_radius(sa, a, sb, b):
-    """Return R [m] where two shapes are nearest, and the longer axis of the contact ellipse, see `curvature`.
-
-    1/R = 1/R_A + 1/R_B of spheres; boxes count as flat.
-    """
-    where = types.uint64(0)
-    if sa.meet != 0 or sb.meet != 0 or (sb.curve != 0 and sa.kind < DISC):
-        where = sa.curve if sa.meet != 0 and sb.kind != HEIGHT_FIELD else sb.curve
-    elif sb.kind == SEGMENT or sa.kind == DISC or sa.kind == SIDE:
-        where = swept_of(sa, sb).curve
-    if where != 0:
-        return ask_radius(where, sa, a, sb, b)
-    return sa.radius if sb.kind >= BOX else sa.radius * sb.radius / (sa.radius + sb.radius), (0.0, 0.0, 0.0)
+    return ask_over_face(sa.over_face, d, half_axis(sa, a), margin, sb, b)
 
 
 jit_module(__name__)

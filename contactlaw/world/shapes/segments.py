@@ -23,6 +23,20 @@ def clip(s):
 
 
 @jit
+def next_place(at, value, slope, ends):
+    """Take a step of Newton's method for the root, from -1 to 1, of a growing function; bisect where that leads out.
+
+    value, slope: of the function at a place `at`. ends: between which the root was before. Returns the next place, and
+    between which the root is now.
+    """
+    low, high = (ends[0], at) if value > 0.0 else (at, ends[1])
+    new = clip(at - value / slope) if slope > 0.0 else high
+    if not low < new < high:
+        new = clip(0.5 * (low + high))
+    return new, (low, high)
+
+
+@jit
 def nearest_on_segments(d, u, radius_a, v, radius_b):
     """Return the places s and t along the half axes u of A and v of B; d: from the middle of B to that of A [m]."""
     both = 2.0 * CAPSULE_CROWN * (radius_a + radius_b)

@@ -3,16 +3,13 @@
 Hulls and ellipsoids have functions of their own in place of some, see `functions`.
 """
 
-from math import sqrt
-
 from contactlaw.world.bodies.bounds import LARGEST_TURN, time_to_close, turning_bound
 from contactlaw.world.bodies.motion import change_bound, turn_rate, velocity_at
 from contactlaw.world.data.call import ask_deepest
-from contactlaw.world.data.kinds import DISC, EDGE, SEGMENT, SIDE
+from contactlaw.world.data.kinds import DISC, EDGE, PLANE, SEGMENT, SIDE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub, to_world
 from contactlaw.world.shapes.core import deepest_on_line, nearest_on_core
-from contactlaw.world.shapes.curvature import radius_between, rim, side_at
 from contactlaw.world.shapes.geometry import centre, half_axis, round_on_round
 from contactlaw.world.shapes.segments import CAPSULE_CROWN, clip, nearest_on_segments
 
@@ -20,7 +17,7 @@ GROWN = 1.5  # bound on the growth of accelerations by rotation within LARGEST_T
 
 
 def meet(sa, a, sb, b, along):
-    """`geometry.meet` of any round shape with a segment, a box or a cylinder."""
+    """`geometry.meet` of any round shape with a segment, a box or a cylinder, and of a rim with a plane."""
     from_a, from_b = centre(sa, a), centre(sb, b)
     d = add(sub(load(a.position), load(b.position)), sub(from_a, from_b))
     if sb.kind == SEGMENT:
@@ -37,24 +34,13 @@ def meet(sa, a, sb, b, along):
     elif sa.kind == DISC or sa.kind == SIDE:
         offset, radius = ask_deepest(sa.deepest, sa, a, sb, b, d)
         d, from_a = add(d, offset), add(from_a, offset)
-    distance, n = nearest_on_core(d, sb, b, rounding)
+    if sb.kind == PLANE:
+        n = to_world(b.axes, load(sb.normal))
+        distance = dot(d, n)
+    else:
+        distance, n = nearest_on_core(d, sb, b, rounding)
     arm = axpy(-radius, n, from_a)
     return radius - distance, n, arm, add(arm, sub(load(a.position), load(b.position)))
-
-
-def radius(sa, a, sb, b):
-    """`geometry.effective_radius` of two segments, a sphere and a segment, or a cylinder's rim or side."""
-    if sa.kind == DISC:
-        return rim(sa, a)
-    if sa.kind == SIDE:
-        along, axis = dot(load(sa.half), load(sa.normal)), (0.0, 0.0, 1.0)
-        across = sqrt(dot(load(sa.half), load(sa.half)) - along * along)
-        one = 0.0, 1.0 / (sa.radius + across), to_world(a.axes, load(sa.normal))
-        return radius_between(one, (0.0, 1.0 / sb.half[0], to_world(b.axes, to_world(sb.axes, axis))))
-    u, v = half_axis(sa, a), half_axis(sb, b)
-    d = add(sub(load(a.position), load(b.position)), sub(centre(sa, a), centre(sb, b)))
-    s, t = nearest_on_segments(d, u, sa.radius, v, sb.radius)
-    return radius_between(side_at(sa, u, s, CAPSULE_CROWN), side_at(sb, v, t, CAPSULE_CROWN))
 
 
 def predict_side(p, sa, a, sb, b, n, arm_a, left):

@@ -10,11 +10,12 @@ from numpy.typing import ArrayLike
 from contactlaw import checks
 from contactlaw.world.data.frames import UNTURNED, principal, unit_quaternion
 from contactlaw.world.data.records import BALL, FREE_JOINT, HINGE, SLIDE, Array
-from contactlaw.world.trees.tree_records import V_SIZE, TreeRecords
+from contactlaw.world.trees.tree_records import TreeRecords
 
 KINDS = {"free": FREE_JOINT, "ball": BALL, "slide": SLIDE, "hinge": HINGE}
 ZERO = {FREE_JOINT: [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], BALL: [1.0, 0.0, 0.0, 0.0], SLIDE: [0.0], HINGE: [0.0]}
 """Coordinates of a joint that does nothing."""
+V_SIZE = {FREE_JOINT: 6, BALL: 3, SLIDE: 1, HINGE: 1}
 
 
 @dataclass(frozen=True)

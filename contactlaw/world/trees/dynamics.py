@@ -13,7 +13,8 @@ carries the other. Then the axes that a row has entries of are those above it in
 
 Row k of the factor holds these entries, the root's first, and its own last, so that the row of each of these axes is
 laid out as the first part of row k. The damping D and the inertia E, by which soft constraints resist acceleration, are
-symmetric and laid out likewise: other coupling of joints in two branches, as by a damped tendon, is not in them.
+whole symmetric matrices, of which these entries count: other coupling of joints in two branches, as by a damped tendon,
+is not in them.
 """
 
 from math import sqrt
@@ -44,8 +45,8 @@ def accelerate(t):
             linear = add(scale(link.composite_mass, s), cross(e, offset))
             angular = add(times(tensor, e), cross(offset, s))
             p = axis.depth
-            resistance = d[k, p] + (axis.resistance if axis.side != 0.0 and t.midway == 0 else 0.0)
-            own = axis.armature + held[k, p] + dot(e, angular) + dot(s, linear)
+            resistance = d[k, k] + (axis.resistance if axis.side != 0.0 and t.midway == 0 else 0.0)
+            own = axis.armature + held[k, k] + dot(e, angular) + dot(s, linear)
             lag = max(t.lag, t.span) if t.span * resistance > STIFF * own else t.lag
             axis.inertia = own + lag * resistance
             m[k, p] = axis.inertia
@@ -53,7 +54,7 @@ def accelerate(t):
             while j >= 0:
                 one = axis_at(t.axes, j)
                 p -= 1
-                m[k, p] = 0.0 if t.coupled == 0 else t.lag * d[k, p] + held[k, p]
+                m[k, p] = 0.0 if t.coupled == 0 else t.lag * d[k, j] + held[k, j]
                 if j == carrier:
                     m[k, p] = m[k, p] + dot(load(one.spin), angular) + dot(load(one.velocity), linear)
                     carrier = one.carrier
@@ -78,14 +79,13 @@ def set_forces(t, d, a):
     v = vector(t.room + 8 * (t.q_size + 2 * t.v_size), t.v_size) if t.midway != 0 else now
     for k in range(t.v_size):
         axis = axis_at(t.axes, k)
-        j, p, own = axis.parent, axis.depth, v[k] - v_f[k]
-        a[k] = f[k] - d[k, p] * own
+        j, own = axis.parent, v[k] - v_f[k]
+        a[k] = f[k] - d[k, k] * own
         if axis.side != 0.0:
             a[k] += axis.side * max(limit_force(axis, vector(t.q, t.q_size)[axis.coordinate], now[k]), 0.0)
         while j >= 0 and t.coupled != 0:
-            p -= 1
-            a[k] -= d[k, p] * (v[j] - v_f[j])
-            a[j] -= d[k, p] * own
+            a[k] -= d[k, j] * (v[j] - v_f[j])
+            a[j] -= d[k, j] * own
             j = axis_at(t.axes, j).parent
 
 
@@ -227,10 +227,10 @@ def decay(t):
         columns[k] = 0.0
     for k in range(t.v_size):
         axis = axis_at(t.axes, k)
-        p, coupled = axis.depth, 1.0
-        own = d[k, p] + (axis.resistance if axis.side != 0.0 else 0.0)
+        coupled = 1.0
+        own = d[k, k] + (axis.resistance if axis.side != 0.0 else 0.0)
         if own > 0.0:
-            for i in range(p):
+            for i in range(k):
                 coupled += 1.0 if d[k, i] != 0.0 else 0.0
             most = max(most, coupled)
             answer_along(t, k)

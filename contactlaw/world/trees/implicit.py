@@ -52,16 +52,11 @@ def add_damping(b):
     clear(x)
     for k in range(n):
         axis = axis_at(t.axes, k)
-        i, p = k, axis.depth
-        while i >= 0:
-            spring = held * springs[k, p]
-            own = d[k, p] - spring
+        for i in range(n):
+            spring = held * springs[k, i]
+            own = d[k, i] - spring
             out[k, i] += t.stage * own
             x[k] += spring * v0[i] - own * (v[i] - v0[i])
-            if i != k:
-                out[i, k] += t.stage * own
-                x[i] += spring * v0[k] - own * (v[k] - v0[k])
-            i, p = axis_at(t.axes, i).parent, p - 1
         if axis.side != 0.0:
             now = max(limit_force(axis, q[axis.coordinate], v[k]), 0.0)
             x[k] += axis.side * (now - max(limit_force(axis, q0[axis.coordinate], v0[k]), 0.0))

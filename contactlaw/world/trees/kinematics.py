@@ -1,8 +1,7 @@
 """Poses and velocities of the bodies of a tree, from its coordinates.
 
-Coordinates and velocities are those of MuJoCo. Free joint: position of the link's frame and its quaternion; velocity of
-that point in the world, and spin along the link's axes. Ball joint: quaternion, and spin along the link's axes. Hinge
-and slide: angle or distance from their reference.
+Coordinates and velocities are those of MuJoCo. Ball joint: quaternion, and spin along the link's axes. Hinge and slide:
+angle or distance from their reference. A free joint is three slides along the world's axes and a ball joint.
 
 A degree of freedom k moves all that it carries by a spin e_k and a velocity s_k of the material at the tree's origin O;
 for a hinge through p, s = (p - O) x e. All velocities are sums of these along the tree (Featherstone, Rigid Body
@@ -18,7 +17,7 @@ from contactlaw.memory import doubles_at
 from contactlaw.world.bodies.motion import set_axes
 from contactlaw.world.data.access import axis_at, body_at, joint_at, link_at
 from contactlaw.world.data.quaternion import load4, product, rotation, store4, turn_by, unit
-from contactlaw.world.data.records import BALL, FREE_JOINT, SLIDE
+from contactlaw.world.data.records import BALL, SLIDE
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, load, store, sub
 
 
@@ -36,10 +35,6 @@ def add_to_coordinates(t):
         if joint.kind >= SLIDE:
             q[k] += x[m]
             continue
-        if joint.kind == FREE_JOINT:
-            for n in range(3):
-                q[k + n] += x[m + n]
-            k, m = k + 3, m + 3
         own = unit(product((q[k], q[k + 1], q[k + 2], q[k + 3]), rotation((x[m], x[m + 1], x[m + 2]))))
         for n in range(4):
             q[k + n] = own[n]
@@ -48,7 +43,7 @@ def add_to_coordinates(t):
 def move(t):
     """Move the coordinates by x, in the sense of velocities; sets poses of bodies and links, and the axes."""
     add_to_coordinates(t)
-    q = vector(t.q, t.q_size)
+    q, turned = vector(t.q, t.q_size), False
     for i in range(t.count):
         link = link_at(t.links, i)
         if link.parent >= 0:
@@ -60,10 +55,9 @@ def move(t):
         turn = product(turn, load4(link.quaternion))
         for j in range(link.first_joint, link.first_joint + link.joints):
             joint = joint_at(t.joints, j)
-            if joint.kind == FREE_JOINT:
-                place = (q[joint.first_q], q[joint.first_q + 1], q[joint.first_q + 2])
-            if i == 0 and j == 0:
+            if not turned:  # slides do not depend on the origin, which moves with them
                 store(t.origin, place)
+                turned = joint.kind != SLIDE
             place, turn = apply_joint(t, joint, place, turn, q)
         store(link.place, place)
         store4(link.turn, turn)
@@ -87,24 +81,19 @@ def apply_joint(t, joint, place, turn, q):
         own = joint.axis
         turn = product(turn, (cos(0.5 * angle), s * own[0], s * own[1], s * own[2]))
         return sub(anchor, turn_by(turn, at)) if at != ZERO else place, turn
-    anchor = place
-    if joint.kind == BALL:
-        anchor = add(place, turn_by(turn, at))
-    else:
-        turn = (1.0, 0.0, 0.0, 0.0)
-        set_axis(t, m, ZERO, (1.0, 0.0, 0.0))
-        set_axis(t, m + 1, ZERO, (0.0, 1.0, 0.0))
-        set_axis(t, m + 2, ZERO, (0.0, 0.0, 1.0))
-        k, m = k + 3, m + 3
+    anchor = add(place, turn_by(turn, at))
     turn = product(turn, (q[k], q[k + 1], q[k + 2], q[k + 3]))
     arm = sub(anchor, load(t.origin))
     for i in range(3):
         one = (1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0)
         axis = turn_by(turn, one)
         set_axis(t, m + i, axis, cross(arm, axis))
-    if joint.kind == BALL:
-        place = sub(anchor, turn_by(turn, at))
-    return place, turn
+    return sub(anchor, turn_by(turn, at)), turn
+
+
+def is_free(t, link):
+    """Return whether the joints of a link of a tree let it move freely."""
+    return link.joints == 4 and joint_at(t.joints, link.first_joint + 3).kind == BALL
 
 
 def set_axis(t, k, spin, velocity):

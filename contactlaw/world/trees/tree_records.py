@@ -6,16 +6,18 @@ from typing import Any
 
 import numpy as np
 
-from contactlaw.world.data.frames import ALIKE, CONJUGATE, IDENTITY, Pose, matrix_of, principal, product
-from contactlaw.world.data.records import AXIS, BALL, FREE_JOINT, HINGE, JOINT, LINK, SLIDE, Array, Arrays
+from contactlaw.world.data.frames import ALIKE, CONJUGATE, IDENTITY, ORIGIN, Pose, matrix_of, principal, product
+from contactlaw.world.data.records import AXIS, BALL, FREE_JOINT, HINGE, JOINT, LINK, SLIDE, Arrays
 from contactlaw.world.trees.coordinates import numbers
 
-Q_SIZE = {FREE_JOINT: 7, BALL: 4, SLIDE: 1, HINGE: 1}
-V_SIZE = {FREE_JOINT: 6, BALL: 3, SLIDE: 1, HINGE: 1}
+Q_SIZE = {BALL: 4, SLIDE: 1, HINGE: 1}
+V_SIZE = {BALL: 3, SLIDE: 1, HINGE: 1}
 
 
 class TreeRecords:
     """The records of one tree. Bodies without joints are merged with the body that they are fixed to.
+
+    A free joint becomes three slides and a ball joint.
 
     Args:
         model: Arrays of all bodies and joints, named as in MuJoCo's model, which can be passed itself. Of each body:
@@ -49,12 +51,12 @@ class TreeRecords:
         heads = [body for body in known if model.body_jntnum[body] > 0]
         link_of = {body: number for number, body in enumerate(heads)}
         self.links = np.zeros(len(heads), LINK)
-        joints = [int(model.body_jntadr[body]) + i for body in heads for i in range(int(model.body_jntnum[body]))]
-        kinds = [int(model.jnt_type[joint]) for joint in joints]
+        each = {body: [one for joint in _joints_of(model, body) for one in _parts_of(model, joint)] for body in heads}
+        joints = [joint for own in each.values() for joint in own]
         self.joints = np.zeros(len(joints), JOINT)
-        self.axes = np.zeros(sum(V_SIZE[kind] for kind in kinds), AXIS)
-        self.q_of = _places(model.jnt_qposadr, joints, [Q_SIZE[kind] for kind in kinds])
-        self.v_of = _places(model.jnt_dofadr, joints, [V_SIZE[kind] for kind in kinds])
+        self.q_of = np.array([q + i for kind, q, *_ in joints for i in range(Q_SIZE[kind])], np.int64)
+        self.v_of = np.array([v + i for kind, _, v, *_ in joints for i in range(V_SIZE[kind])], np.int64)
+        self.axes = np.zeros(self.v_of.size, AXIS)
         self.start = np.asarray(model.qpos0)[self.q_of]
         self.damping = np.asarray(model.dof_damping)[self.v_of]
         self.axes["armature"] = np.asarray(model.dof_armature)[self.v_of]
@@ -74,25 +76,23 @@ class TreeRecords:
             self.row[number], self.quaternion[number] = link_of[body], (1.0, 0.0, 0.0, 0.0)
             link = self.links[link_of[body]]
             link["parent"] = -1 if before is None else self.row[before]
-            link["position"], link["quaternion"] = pose
-            link["first_joint"], link["joints"] = joint, model.body_jntnum[body]
-            if FREE_JOINT in kinds[joint + (before is None) : joint + int(link["joints"])]:
+            kinds = [int(model.jnt_type[one]) for one in _joints_of(model, body)]
+            if FREE_JOINT in kinds[before is None :]:
                 raise ValueError(f"bodies: body {body} has a free joint behind another joint")
-            joint += int(link["joints"])
-        self._hang_joints(model, joints, kinds)
+            link["position"], link["quaternion"] = IDENTITY if FREE_JOINT in kinds else pose
+            link["first_joint"], link["joints"] = joint, len(each[body])
+            joint += len(each[body])
+        self._hang_joints(joints)
         self._order_factor(joined)
         self._weigh(model, list(known))
 
-    def _hang_joints(self, model: Any, joints: list[int], kinds: list[int]) -> None:
-        """Set the records of joints and degrees of freedom."""
+    def _hang_joints(self, joints: list[Any]) -> None:
+        """Set the records of joints and degrees of freedom; joints: as of `_parts_of`."""
         q, v = 0, 0
-        for row, joint, kind in zip(self.joints, joints, kinds, strict=True):
+        for row, (kind, _, _, *own) in zip(self.joints, joints, strict=True):
             row["kind"], row["first_q"], row["first_axis"] = kind, q, v
-            row["at"], row["axis"] = model.jnt_pos[joint], model.jnt_axis[joint]
-            row["reference"] = self.start[q]
-            turns = V_SIZE[kind] - (3 if kind == FREE_JOINT else 0)
-            begins = [1] * (V_SIZE[kind] - turns) + [1] + [0] * (turns - 1)
-            self.axes["begins"][v : v + V_SIZE[kind]], self.axes["coordinate"][v : v + V_SIZE[kind]] = begins, q
+            row["at"], row["axis"], row["reference"] = own
+            self.axes["begins"][v], self.axes["coordinate"][v : v + V_SIZE[kind]] = 1, q
             q, v = q + Q_SIZE[kind], v + V_SIZE[kind]
         for link in self.links:
             own = slice(int(link["first_joint"]), int(link["first_joint"] + link["joints"]))
@@ -130,24 +130,17 @@ class TreeRecords:
             parts = [i for i in range(len(bodies)) if self.row[i] == number and model.body_mass[bodies[i]] > 0.0]
             if not parts:
                 raise ValueError(f"bodies: link {number} has no mass")
-            if len(parts) == 1:
-                body = bodies[parts[0]]
-                turn = matrix_of(self.quaternion[parts[0]])
-                link["mass"], link["inertia"] = model.body_mass[body], model.body_inertia[body]
-                link["centre"] = self.at[parts[0]] + turn @ model.body_ipos[body]
-                link["frame"] = product(self.quaternion[parts[0]], np.array(model.body_iquat[body]))
-            else:
-                mass = np.array([float(model.body_mass[bodies[i]]) for i in parts])
-                turns = [matrix_of(self.quaternion[i]) for i in parts]
-                places = np.array(
-                    [self.at[i] + r @ model.body_ipos[bodies[i]] for i, r in zip(parts, turns, strict=True)]
-                )
-                link["mass"] = mass.sum()
-                link["centre"] = mass @ places / mass.sum()
+            own = [bodies[i] for i in parts]
+            mass = np.array([float(model.body_mass[body]) for body in own])
+            turns = [product(self.quaternion[i], np.array(model.body_iquat[bodies[i]])) for i in parts]
+            places = np.array([self.at[i] + matrix_of(self.quaternion[i]) @ model.body_ipos[bodies[i]] for i in parts])
+            link["mass"], link["centre"] = mass.sum(), mass @ places / mass.sum()
+            link["inertia"], link["frame"] = model.body_inertia[own[0]], turns[0]
+            if len(parts) > 1:
                 tensor = np.zeros((3, 3))
-                for i, r, m, c in zip(parts, turns, mass, places - link["centre"], strict=True):
-                    own = r @ matrix_of(np.array(model.body_iquat[bodies[i]]))
-                    tensor += own @ np.diag(model.body_inertia[bodies[i]]) @ own.T
+                for body, turn, m, c in zip(own, turns, mass, places - link["centre"], strict=True):
+                    axes = matrix_of(turn)
+                    tensor += axes @ np.diag(model.body_inertia[body]) @ axes.T
                     tensor += m * (c @ c * np.eye(3) - np.outer(c, c))
                 link["inertia"], link["frame"] = principal(tensor)
         for i in range(len(bodies)):
@@ -181,10 +174,20 @@ class TreeRecords:
             numbers(world, number, name).view(rows.dtype)[:] = rows
         numbers(world, number, "q")[:] = self.start
         count = self.axes.size
-        numbers(world, number, "d").reshape(count, count)[range(count), self.axes["depth"]] = self.damping
+        numbers(world, number, "d").reshape(count, count)[range(count), range(count)] = self.damping
         world.trees["stale"][number] = 1
 
 
-def _places(first: Any, joints: list[int], sizes: list[int]) -> Array:
-    """Return the places of the numbers of joints, given the first place and the size of each."""
-    return np.array([int(first[j]) + i for j, size in zip(joints, sizes, strict=True) for i in range(size)], np.int64)
+def _joints_of(model: Any, body: int) -> range:
+    """Return the numbers of a body's joints."""
+    first = int(model.body_jntadr[body])
+    return range(first, first + int(model.body_jntnum[body]))
+
+
+def _parts_of(model: Any, joint: int) -> list[Any]:
+    """Return kind, first coordinate and velocity, place, axis and reference of a joint, or the four of a free one."""
+    kind, q, v = (int(numbers[joint]) for numbers in (model.jnt_type, model.jnt_qposadr, model.jnt_dofadr))
+    if kind == FREE_JOINT:
+        slides = [(SLIDE, q + i, v + i, ORIGIN, axis, 0.0) for i, axis in enumerate(np.eye(3))]
+        return [*slides, (BALL, q + 3, v + 3, ORIGIN, ORIGIN, 0.0)]
+    return [(kind, q, v, model.jnt_pos[joint], model.jnt_axis[joint], model.qpos0[q])]
