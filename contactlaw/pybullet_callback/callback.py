@@ -123,7 +123,8 @@ class ContactCallback:
 
         Raises:
             ValueError: Unknown ids, the same body twice, a pair that this or another callback has already, shapes that
-                touch in more than one point, no radius, substeps, more combinations of sets than groups.
+                touch in more than one point or that PyBullet does not tell, joints without mass, no radius, substeps,
+                more combinations of sets than groups.
         """
         checks.instance("pair", pair, ContactPair)
         a = read_sides(self._client, "a", body_a, link_a)
@@ -226,7 +227,7 @@ class ContactCallback:
 
         Raises:
             ValueError: Bodies or their motion are not what the class requires. PyBullet is unchanged then, unless all
-                bodies were far apart, or numbers are not finite after its step.
+                bodies were far apart, or numbers are not finite after its step, or joints too fast.
         """
         if not self._contacts:
             STEP_BULLET(self._client)

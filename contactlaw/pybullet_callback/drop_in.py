@@ -140,7 +140,8 @@ def links_of(body: int | Iterable[int], *names: Names, client: int = 0, argument
         (body, link) of each, link -1 for the base, in the order of the names, each once.
 
     Raises:
-        ValueError: No such body, no such link (the message offers the nearest names), or one without a collision shape.
+        ValueError: No such body, no such link (the message offers the nearest names), or one without a collision shape,
+            or with one that PyBullet does not tell (docs/limits.md).
     """
     client = shapes.client_of(client)
     given = body if np.iterable(body) and not isinstance(body, str | bytes) else [body]

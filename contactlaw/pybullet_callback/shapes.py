@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 Key = tuple[int, int]
 
 BASE = -1
+DEFAULT_MARGIN = 0.04  # [m], CONVEX_DISTANCE_MARGIN of Bullet's btCollisionMargin.h
 MULTIBODY = 2  # body type in the result of getDynamicsInfo
 OTHER_BODY_TYPES = {
     0: "without a body type",
@@ -120,7 +121,8 @@ def read_sides(client: int, which: str, bodies: Any, link: Any) -> list[Side]:
     which: "a" or "b", for messages; link: of bodies given as an id.
 
     Raises:
-        ValueError: No such body or link, no collision shape, not a multibody, a planar joint, or an empty set.
+        ValueError: No such body or link, no collision shape, not a multibody, a planar joint, a joint without mass, or
+            an empty set.
     """
     there, sides = bodies_of(client), dict[Key, Side]()
     for entry in bodies if _holds(bodies) else [(bodies, link)]:
@@ -155,6 +157,8 @@ def read_side(client: int, which: str, body: Any, link: Any, there: set[int]) ->
         raise ValueError(f"body_{which} = {body}: {what}; must be a multibody, as createMultiBody and loadURDF give")
     if any(joint.kind == p.JOINT_PLANAR for joint in joints_of(body, client)):
         raise ValueError(f"body_{which} = {body}: has a planar joint, whose inertia cannot be read; others are allowed")
+    if name := massless(client, body):
+        raise ValueError(f"body_{which} = {body}: its link {name!r} has a joint and no mass; give it one")
     shapes = collision_shapes(client, body, link)
     if not shapes:
         raise ValueError(f"body_{which} = {body}, link_{which} = {link}: has no collision shape to touch with")
@@ -180,14 +184,39 @@ def read_side(client: int, which: str, body: Any, link: Any, there: set[int]) ->
     return Side(*own, shape, (), reach)
 
 
+def massless(client: int, body: int) -> str:
+    """Return the name of the first link that a joint moves without any mass, of its own or fixed to it; or "" """
+    joints, carriers = joints_of(body, client), [BASE]  # of each link, the one that it is fixed to or is; base first
+    for link, joint in enumerate(joints):
+        carriers.append(link if joint.kind in KINDS else carriers[joint.parent + 1])
+    heavy = {one for link, one in enumerate(carriers, BASE) if p.getDynamicsInfo(body, link, client)[0] > 0.0}
+    return next((joints[one].link for one in carriers if one != BASE and one not in heavy), "")
+
+
 def collision_shapes(client: int, body: int, link: int) -> Any:
     """Return the collision shapes of a link as PyBullet's `getCollisionShapeData` does, and height fields too.
 
     Those are missing there, but the shape to be drawn, which PyBullet makes of each, tells of them.
+
+    Raises:
+        ValueError: A capsule that `loadMJCF` has made between two points (`fromto`): `getCollisionShapeData` would end
+            the process. Its margin is not its radius, as that of a capsule is, but Bullet's default one, or zero in a
+            compound, which only names that `loadMJCF` gives to joints tell from others.
     """
+    drawn = [one for one in p.getVisualShapeData(body, physicsClientId=client) if one[1] == link]
+    radii = {one[3][1] for one in drawn if one[2] == p.GEOM_CAPSULE and (*one[5], *one[6]) == (0, 0, 0, 0, 0, 0, 1)}
+    if radii:
+        margin = p.getDynamicsInfo(body, link, client)[11]
+        by_mjcf = any(
+            p.getJointInfo(body, k, client)[1][:9] == b"jointfix_" for k in range(p.getNumJoints(body, client))
+        )
+        if margin in (0.0, DEFAULT_MARGIN) and (by_mjcf or 0.0 != margin not in radii):
+            raise ValueError(
+                f"{name_of((body, link))}: has a capsule that loadMJCF made by fromto, which PyBullet does not tell; "
+                "load a URDF instead"
+            )
     found = p.getCollisionShapeData(body, link, client)
-    drawn = () if found else p.getVisualShapeData(body, physicsClientId=client)
-    fields = [one[5:7] for one in drawn if one[1] == link and one[2] == p.GEOM_HEIGHTFIELD]
+    fields = [one[5:7] for one in drawn if not found and one[2] == p.GEOM_HEIGHTFIELD]
     return found or [(body, link, p.GEOM_HEIGHTFIELD, (0.0, 0.0, 0.0), b"", at, turn) for at, turn in fields]
 
 

@@ -40,7 +40,9 @@ from contactlaw.world.data.frames import CONJUGATE, IDENTITY, UNTURNED, Pose
 from contactlaw.world.data.records import BALL, SLIDE, Array, Arrays
 from contactlaw.world.trees.coordinates import numbers
 from contactlaw.world.trees.description import Joint, Part, records_of
+from contactlaw.world.trees.motion import LARGEST_TURN, MOST
 
+MOST_TURN = LARGEST_TURN * MOST  # [rad] or [m] in a step that the flight of a tree of the world can follow
 LEAST_INERTIA = 1e-12  # [m^2], of moments of inertia over mass
 UP = (0.0, 0.0, 1.0)
 
@@ -200,7 +202,13 @@ class Tree:
 
     def read_forces(self, dt: float) -> None:
         """After Bullet's step: find the forces on the joints within it."""
-        self._numbers["after_q"][:], self._numbers["after_v"][:] = self.read()
+        q, v = self.read()
+        if (turn := dt * np.abs(v).max()) > MOST_TURN:
+            raise ValueError(
+                f"body {self.body}: PyBullet's step has brought it to {turn:.3g} rad or m a step; its joints may have "
+                "more damping than Bullet is stable with (changeDynamics: jointDamping)"
+            )
+        self._numbers["after_q"][:], self._numbers["after_v"][:] = q, v
         take_response(self._block, dt, 0.0 if self.pressed else 0.5 * dt)
 
     def write_back(self, dt: float, pressed: bool) -> None:

@@ -137,3 +137,13 @@ def test_the_example_reverses_the_point_of_contact():
     from sims import urdf_example
 
     assert urdf_example.check()["law"].along[1] > 0.0
+
+
+@pytest.mark.parametrize(("name", "told"), [("capsule", True), ("capsule_fromtoX", False), ("ant", False)])
+def test_a_capsule_that_pybullet_does_not_tell_is_refused_before_it_ends_the_process(client, floor, name, told):
+    body = p.loadMJCF(f"mjcf/{name}.xml", physicsClientId=client)[-1]
+    if told:
+        assert links_of(body, client=client) == [(body, -1)]
+        return
+    with pytest.raises(ValueError, match=rf"^body {body}.* has a capsule that loadMJCF made by fromto"):
+        links_of(body, client=client)
