@@ -338,7 +338,8 @@ def substep_length(w, pairs, coasting, t):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed != 0:
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            h = min(h, longest_substep(w, contact_at(w.contacts, p.slot), a, b, substeps_per_impact(w, p, few)))
+            c, substeps = contact_at(w.contacts, p.slot), substeps_per_impact(w, p, few)
+            h = min(h, longest_substep(w, c, a, b, substeps, pairs == 1))
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed == 0:

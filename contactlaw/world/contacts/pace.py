@@ -119,8 +119,12 @@ def stays_closed(c, a, b):
     return 0.5 * speed * speed * t.mass < (0.6 * t.force + t.mass * c.closing_acceleration) * t.overlap
 
 
-def longest_substep(w, c, a, b, substeps):
-    """Return the longest substep [s] for a closed contact; substeps: number of them in an impact."""
+def longest_substep(w, c, a, b, substeps, alone=False):
+    """Return the longest substep [s] for a closed contact.
+
+    substeps: number of them in an impact. alone: whether no other pair of the island can touch in this window; what
+    contacts do to each other needs all substeps.
+    """
     t = c.touch
     law = law_of(w, pair_at(w.pairs, c.pair))
     if t.overlap > 0.0 and law.vectors > 0.0 and is_quasi_static(c, STEADY):
@@ -128,15 +132,17 @@ def longest_substep(w, c, a, b, substeps):
     elif t.overlap > 0.0 and is_quasi_static(c, 1.0):
         enough = substeps if substeps > w.crowd_substeps else 0.5 * substeps  # the latter in a crowd
         substeps = max(substeps / FEWER, min(enough, 20.0))
-    longest = NEVER
+    longest = oscillation_duration(w, c, a, b)
     if t.zeta > 0.0 and substeps > w.crowd_substeps:
         if returns_within_step(w, c, a, b):
             substeps = w.crowd_substeps
-        elif t.course == LASTING or c.first_substep == 0.0:
+        elif alone and t.course == LASTING:
             substeps = min(substeps, w.substeps * fineness_of(c, a, b))
-        else:  # another length within an impact would be an error of its own
-            substeps, longest = min(substeps, NORMAL * w.substeps), c.first_substep
-    longest = min(longest, oscillation_duration(w, c, a, b) / substeps)
+        elif alone:  # by one length for the whole impact: a change would be an error of its own
+            if c.first_substep == 0.0:
+                c.first_substep = longest / (w.substeps * fineness_of(c, a, b))
+            substeps = min(substeps, max(longest / c.first_substep, NORMAL * w.substeps))
+    longest /= substeps
     together = max(a.square_rate, b.square_rate)
     if together > 0.0:
         longest = min(longest, sqrt(ALIKE / together) / STABLE)

@@ -13,7 +13,7 @@ from contactlaw.world.bodies.motion import JUMP, kick, moved_at, velocity_at
 from contactlaw.world.contacts import force
 from contactlaw.world.contacts.ends import damped_end, elastic_end, single_end
 from contactlaw.world.contacts.meeting import meet_apart, meet_contact
-from contactlaw.world.contacts.pace import MASS_TURN, longest_substep, radius_of, share_of, update_masses
+from contactlaw.world.contacts.pace import MASS_TURN, radius_of, share_of, update_masses
 from contactlaw.world.contacts.rolling import moment_of, update_rolled
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, pair_at, shape_at
 from contactlaw.world.data.call import address, call_roll, ready
@@ -103,7 +103,6 @@ def begin_contact(w, k, overlap):
         push = -dot(sub(load(a.acceleration), load(b.acceleration)), n)
         speeds.read(t, speed_numbers(w, pair_at(w.pairs, q.pair)), push, norm(axpy(t.closing, n, slide)))
     c.first_substep = 0.0
-    c.first_substep = longest_substep(w, c, a, b, w.substeps)
     if overlap > TOUCHING * t.radius:
         w.late += 1
         w.latest = max(w.latest, overlap)

@@ -240,7 +240,7 @@ CONTACT = record(
     # displacement, as `moved`, while it coasted, not yet given to its law; overlap [m] when that began, zero: none
     coasted=VECTOR, coasted_from="f8",
     interval="f8",  # [s] length of the last substep
-    first_substep="f8",  # [s] `pace.longest_substep` at the touch
+    first_substep="f8",  # [s] of a damped impact of two bodies alone, see `pace.longest_substep`; 0: not known
     initial_overlap="f8",  # [m] overlap that counts as none, as found at first contact, see `touch.begin_contact`
     closing_acceleration="f8",  # mean closing acceleration over it [m/s^2]
     end_weight="f8",  # additional weight of the force at the ends of an impact, in substeps, see `contacts.ends`
