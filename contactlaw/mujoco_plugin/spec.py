@@ -50,8 +50,8 @@ def add_contact(
             detection, which is cheaper than excluding pairs; such a geom may still be added to further contacts of the
             law. Not with a compiler that discards visual geoms, as it would discard these.
         substeps: Least number of the law's substeps in an impact that slides, however long the engine's step; its error
-            falls with their square. A damped one that slides slower than mu V has fewer, for the same error. The
-            largest number that any contact asks for holds for all.
+            falls with their square. A damped one of two bodies alone that slides slower than mu V has fewer, for the
+            same error. The largest number that any contact asks for holds for all.
         crowd_substeps: The same for damped impacts where more than four contacts of an island are closed.
         rounding: Radius [m] of the edges of boxes and cylinders among the geoms, and so of their contacts with flat
             shapes; None: a tenth of the smallest half length of each.
