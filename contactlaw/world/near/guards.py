@@ -23,7 +23,7 @@ from contactlaw.world.data.kinds import BOX, CYLINDER, EDGE, PLANE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, store, sub, to_body, to_world
 from contactlaw.world.near.relative import closing_along, relative_speed
-from contactlaw.world.shapes.geometry import centre, half_axis, meet_near
+from contactlaw.world.shapes.geometry import centre, half_axis
 
 EXCEEDED = -NEVER  # limit of a guard of which the listed parts no longer do
 ROUNDING = 1e-15  # of the trace of M0^T M
@@ -302,30 +302,9 @@ def new_gap(w, g):
     return low - high
 
 
-def stays_open(w, p, time, more):
-    """Return whether the guard of a near pair shows that the pair stays open until a time of the step [s].
-
-    more: distance [m] by which the gap may close besides.
-    """
-    return p.guard >= 0 and p.listed_gap > path_bound(w, guard_at(w.guards, p.guard), time) + more
-
-
-def is_open_for_sure(w, p, time, more):
-    """Return `stays_open` of a near pair at the start of a step, whenever it was listed: if in doubt, it is measured.
-
-    Bounds that are known since an earlier step only save the measurement.
-    """
-    if p.guard < 0 or stays_open(w, p, time, more):
-        return p.guard >= 0
-    overlap, _, _, _ = meet_near(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
-    p.gap = -overlap
-    raise_listed_gap(w, p, 0.0)
-    return stays_open(w, p, time, more)
-
-
-def gap_left(w, p):
-    """Return a lower bound on the gap [m] of a near pair with a guard, at the last update of that."""
-    return p.listed_gap - lead_of(w, guard_at(w.guards, p.guard)).moved
+def known_gap(w, p, time):
+    """Return a lower bound on the gap [m] of a near pair until a time of the step [s]; -NEVER: it has no guard."""
+    return p.listed_gap - path_bound(w, guard_at(w.guards, p.guard), time) if p.guard >= 0 else -NEVER
 
 
 def raise_listed_gap(w, p, time):
@@ -350,7 +329,7 @@ def gap_bound(w, p, a, b):
     if g.time != time or g.lag > 0.0:
         update_moved(w, g)
         g.time, g.lag = time, 0.0
-    return gap_left(w, p), g.last_move
+    return p.listed_gap - g.moved, g.last_move
 
 
 def closing_bound(w, p, a, b):

@@ -19,14 +19,13 @@ from contactlaw.world.data.records import ASKED, BOUNDED, DENIED, MEASURED, PASS
 from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, scale, store, sub, to_body, to_world
 from contactlaw.world.near.guards import (
     closing_bound,
-    gap_left,
     has_shapes,
+    known_gap,
     lead_of,
     may_exceed_limit,
     new_gap,
     raise_listed_gap,
     separate,
-    stays_open,
     update_guard,
 )
 from contactlaw.world.near.relative import motion_against
@@ -123,12 +122,9 @@ def may_have_touched(w, p, a, b):
     speed = max(p.closing_bound, closing_bound(w, p, a, b))  # at both ends
     if p.guard >= 0 and guard_at(w.guards, p.guard).separated != 0:
         return False
-    if stays_open(w, p, 0.0, w.step * speed):
-        p.gap, p.checked = gap_left(w, p), BOUNDED
-        return False
-    if p.gap > 2.0 * w.step * speed:
-        p.gap -= w.step * speed
-        p.checked = BOUNDED
+    known = max(known_gap(w, p, 0.0), p.gap - w.step * speed)
+    if known > w.step * speed:
+        p.gap, p.checked = known, BOUNDED
         return False
     if w.step * norm(sub(load(a.spin), load(b.spin))) > MAX_PASSING_TURN:
         return True
