@@ -29,14 +29,13 @@ from contactlaw.world.data.kinds import TANGENT
 from contactlaw.world.data.records import AGED, ASKED, BOUNDED, DENIED, MEASURED, NEVER, PARTED, PASSES, TWIST_ALWAYS
 from contactlaw.world.data.vec import load, store
 from contactlaw.world.island import integrate
-from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, gap_left, stays_open, update_guard
+from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, known_gap, update_guard
 from contactlaw.world.near.listing import count_slots, list_near, list_parts_anew, may_leave_margin
 from contactlaw.world.near.passing import separate_at_start
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.sleep import is_disturbed, wake, wake_body
 from contactlaw.world.window import (
     activate,
-    all_open_for_sure,
     list_anew,
     list_islands,
     plan_window,
@@ -138,15 +137,14 @@ def gap_suffices(w, p, a, b):
 
     Sets the pair's gap to the lower bound that its guard knows, where there is one.
     """
-    if stays_open(w, p, 0.0, 2.0 * w.step * p.closing_bound):
-        p.gap, p.checked = gap_left(w, p), BOUNDED
-        return True
-    if p.guard >= 0 and guard_at(w.guards, p.guard).separation > 0.0:
-        p.gap, p.checked = guard_at(w.guards, p.guard).separation, BOUNDED
-        return True
-    if a.placed != 0 or b.placed != 0 or p.checked > BOUNDED:
-        return False
-    return p.checked == MEASURED or p.gap > 2.0 * w.step * p.closing_bound
+    way, known = 2.0 * w.step * p.closing_bound, known_gap(w, p, 0.0)
+    if known <= way and p.guard >= 0 and guard_at(w.guards, p.guard).separation > 0.0:
+        known = guard_at(w.guards, p.guard).separation
+    elif known <= way:
+        new = a.placed != 0 or b.placed != 0 or p.checked > BOUNDED
+        return not new and (p.checked == MEASURED or p.gap > way)
+    p.gap, p.checked = known, BOUNDED
+    return True
 
 
 def mark_pressed(b):
@@ -165,16 +163,18 @@ def finish(w, dt):
     """Integrate from window to window to the end of the step that `begin` has prepared, dt [s].
 
     Islands of persistent contacts are tried with an implicit step first, if the step is long beside an impact. Where
-    nothing is closed the next window begins at the next time of impact. A list of an earlier step serves where all
-    that it leaves open stays open for sure.
+    nothing is closed the next window begins at the next time of impact. A list of an earlier step serves while nothing
+    that it holds can strike. What it has left out cannot: what remains of both margins is more than the sum of both
+    ways, see `listing.may_leave_margin`.
     """
     now = 0.0
-    if w.age == AGED and not all_open_for_sure(w):
-        list_anew(w)
     while now < dt:
         if w.stale != 0:
             list_near(w)
         first = predict_all(w, now, dt)
+        if w.age == AGED and first < NEVER:
+            list_anew(w)
+            first = predict_all(w, now, dt)
         if now == 0.0 and take_implicit_steps(w):
             first = predict_all(w, now, dt)
             w.age = min(w.age, AGED)
@@ -242,7 +242,7 @@ def begin(w, dt):
     exceeded = any_guard_exceeded(w, dt, 0.0)
     begin_pairs(w)
     if w.stale != 0:
-        list_near(w)
+        list_anew(w)
     elif exceeded:
         list_parts_anew(w)
     for k in range(w.nears):

@@ -16,11 +16,12 @@ from contactlaw.world.bodies.motion import fly, mobility_bound
 from contactlaw.world.contacts.pace import closing_speed, contact_duration, touch_duration
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, tree_at
 from contactlaw.world.data.call import call_with_body
-from contactlaw.world.data.records import FRESH, NEVER
+from contactlaw.world.data.records import AGED, FRESH, NEVER
 from contactlaw.world.data.vec import load, norm, sub
-from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, is_open_for_sure, path_bound, stays_open
+from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, known_gap, path_bound, raise_listed_gap
 from contactlaw.world.near.listing import list_near, may_leave_margin
 from contactlaw.world.near.time_of_impact import find_gap, predict
+from contactlaw.world.shapes.geometry import meet_near
 
 DELTA_V_MARGIN = 1.5  # margin on the change of velocity by impacts, over that of an elastic impact of free bodies
 CROWD_WINDOW = 24.0  # durations of the shortest impact in a window where more than `WORLD.crowd` contacts persist
@@ -33,7 +34,7 @@ def predict_all(w, now, step):
     """Predict the times of impact of open pairs; return the next one [s], or NEVER: not within the step.
 
     now: time of the step [s]; step: its length [s]. A pair is predicted anew if the velocity of one of its bodies has
-    changed or its time of impact has come.
+    changed or its time of impact has come. An AGED list must have none: then the first time found is returned.
     """
     first = NEVER
     for k in range(w.nears):
@@ -50,17 +51,24 @@ def predict_all(w, now, step):
                     predict(w, p, now)
         if p.toi < step:
             first = min(first, p.toi)
+            if w.age == AGED:
+                return first  # near pairs must be listed anew
     for n in range(w.near_body_count):
         body_at(w.bodies, whole_at(w.near_bodies, n)).changed = 0
     return first
 
 
 def remains_open(w, p, now, until, more):
-    """Return `guards.stays_open` of a near pair until a time of the step [s]; more: distance [m] to allow for.
+    """Return whether a near pair is known to stay open until a time of the step [s], if its gap closes by `more` [m].
 
-    If the list must not show its age, a pair in doubt is measured at the start of the step.
+    If the list must not show its age, a pair in doubt is measured at the start of the step: then what is known since an
+    earlier step only saves this.
     """
-    return stays_open(w, p, until, more) or (w.age != 0 and now == 0.0 and is_open_for_sure(w, p, until, more))
+    if p.guard >= 0 and w.age != 0 and now == 0.0 and known_gap(w, p, until) <= more:
+        overlap, _, _, _ = meet_near(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
+        p.gap = -overlap
+        raise_listed_gap(w, p, 0.0)
+    return known_gap(w, p, until) > more
 
 
 def plan_window(w):
@@ -198,23 +206,7 @@ def list_anew(w):
     for i in range(w.body_count):
         body_at(w.bodies, i).changed = 1
     any_guard_exceeded(w, w.step, 0.0)
-    w.age = FRESH
-
-
-def all_open_for_sure(w):
-    """Return whether no open pair can close within the step in free flight, by bounds or measurements alone.
-
-    Pairs that an earlier list has left out cannot close either: what is left of both margins is more than the sum of
-    both ways, see `listing.may_leave_margin`. That does not follow from `relative.relative_speed`, which may be above
-    the sum of both `guards.surface_speed`, as the frame of B turns. A new list may hold such a pair and predict it, but
-    on copies: as long as it is not about to touch, no flight is cut, see `shortest_new_impact`.
-    """
-    for k in range(w.nears):
-        p = near_at(w.near, k)
-        left_out = is_left_out(body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
-        if p.closed == 0 and not left_out and not is_open_for_sure(w, p, w.step, 0.0):
-            return False
-    return True
+    w.age = FRESH if w.age != 0 else 0
 
 
 def bound_delta_v(w, p, a, b, length, enough):

@@ -23,7 +23,7 @@ from contactlaw.world.data.kinds import BOX, CYLINDER, EDGE, PLANE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, store, sub, to_body, to_world
 from contactlaw.world.near.relative import closing_along, relative_speed
-from contactlaw.world.shapes.geometry import centre, half_axis, meet_near
+from contactlaw.world.shapes.geometry import centre, half_axis
 
 EXCEEDED = -NEVER  # limit of a guard of which the listed parts no longer do
 ROUNDING = 1e-15  # of the trace of M0^T M
@@ -73,14 +73,6 @@ def new_guard(w, i, j, time):
         update_guard(w, g, time)
         g.moved = g.lag
     return k
-
-
-def drop_guard(w):
-    """Remove the guard that was added last."""
-    w.guard_count -= 1
-    g = guard_at(w.guards, w.guard_count)
-    if g.lead == w.guard_count:
-        body_at(w.bodies, g.body_a).guard = g.next
 
 
 def lead_of(w, g):
@@ -148,12 +140,12 @@ def sweep_radius(s):
     return sqrt(3.0) * s.radius if s.kind == BOX else s.radius
 
 
-def separate(w, g, n):
-    """Return normal, low and high of `convex.separate` for a guard's whole shapes, swept by their radii.
+def separate(w, i, j, n):
+    """Return normal, low and high of `convex.separate` for whole shapes i and j, swept by their radii.
 
     n: a normal to use, or zero to find one. The separation is low - high [m].
     """
-    sa, sb = shape_at(w.shapes, g.a), shape_at(w.shapes, g.b)
+    sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
     n, low, high, _ = ask_separation(sa.separation, sa, body_at(w.bodies, sa.body), sb, body_at(w.bodies, sb.body), n)
     return n, low - sweep_radius(sa), high + (sweep_radius(sb) if sb.kind < PLANE else 0.0)
 
@@ -256,12 +248,12 @@ def place_plane(w, g, time):
     a, b = body_at(w.bodies, shape_at(w.shapes, g.a).body), body_at(w.bodies, shape_at(w.shapes, g.b).body)
     axes, last, n, low, high = body_at(w.bodies, g.body_b).axes, g.high - g.low, ZERO, -NEVER, 0.0
     if g.plane_time >= 0.0:
-        n, low, high = separate(w, g, to_world(axes, load(g.normal)))
+        n, low, high = separate(w, g.a, g.b, to_world(axes, load(g.normal)))
     if low - high <= max(-0.5 * last, 0.0):
-        new, bottom, top = separate(w, g, ZERO)
+        new, bottom, top = separate(w, g.a, g.b, ZERO)
         if dot(new, new) == 0.0 and g.plane_time < 0.0:
             across = sub(load(a.position), load(b.position))
-            new, bottom, top = separate(w, g, scale(1.0 / max(norm(across), 1e-300), across))
+            new, bottom, top = separate(w, g.a, g.b, scale(1.0 / max(norm(across), 1e-300), across))
         if dot(new, new) > 0.0 and bottom - top > low - high:
             n, low, high = new, bottom, top
     store(g.normal, to_body(axes, n))
@@ -305,35 +297,14 @@ def may_exceed_limit(w, g, way):
 
 def new_gap(w, g):
     """Return the present gap [m] of two whole shapes of which no parts are listed; it gives their guard a new limit."""
-    _, low, high = separate(w, g, ZERO)
+    _, low, high = separate(w, g.a, g.b, ZERO)
     g.limit = max(g.limit, low - high + lead_of(w, g).moved - lead_of(w, g).lag)
     return low - high
 
 
-def stays_open(w, p, time, more):
-    """Return whether the guard of a near pair shows that the pair stays open until a time of the step [s].
-
-    more: distance [m] by which the gap may close besides.
-    """
-    return p.guard >= 0 and p.listed_gap > path_bound(w, guard_at(w.guards, p.guard), time) + more
-
-
-def is_open_for_sure(w, p, time, more):
-    """Return `stays_open` of a near pair at the start of a step, whenever it was listed: if in doubt, it is measured.
-
-    Bounds that are known since an earlier step only save the measurement.
-    """
-    if p.guard < 0 or stays_open(w, p, time, more):
-        return p.guard >= 0
-    overlap, _, _, _ = meet_near(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
-    p.gap = -overlap
-    raise_listed_gap(w, p, 0.0)
-    return stays_open(w, p, time, more)
-
-
-def gap_left(w, p):
-    """Return a lower bound on the gap [m] of a near pair with a guard, at the last update of that."""
-    return p.listed_gap - lead_of(w, guard_at(w.guards, p.guard)).moved
+def known_gap(w, p, time):
+    """Return a lower bound on the gap [m] of a near pair until a time of the step [s]; -NEVER: it has no guard."""
+    return p.listed_gap - path_bound(w, guard_at(w.guards, p.guard), time) if p.guard >= 0 else -NEVER
 
 
 def raise_listed_gap(w, p, time):
@@ -358,7 +329,7 @@ def gap_bound(w, p, a, b):
     if g.time != time or g.lag > 0.0:
         update_moved(w, g)
         g.time, g.lag = time, 0.0
-    return gap_left(w, p), g.last_move
+    return p.listed_gap - g.moved, g.last_move
 
 
 def closing_bound(w, p, a, b):

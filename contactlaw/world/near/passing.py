@@ -19,14 +19,13 @@ from contactlaw.world.data.records import ASKED, BOUNDED, DENIED, MEASURED, PASS
 from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, scale, store, sub, to_body, to_world
 from contactlaw.world.near.guards import (
     closing_bound,
-    gap_left,
     has_shapes,
+    known_gap,
     lead_of,
     may_exceed_limit,
     new_gap,
     raise_listed_gap,
     separate,
-    stays_open,
     update_guard,
 )
 from contactlaw.world.near.relative import motion_against
@@ -123,12 +122,9 @@ def may_have_touched(w, p, a, b):
     speed = max(p.closing_bound, closing_bound(w, p, a, b))  # at both ends
     if p.guard >= 0 and guard_at(w.guards, p.guard).separated != 0:
         return False
-    if stays_open(w, p, 0.0, w.step * speed):
-        p.gap, p.checked = gap_left(w, p), BOUNDED
-        return False
-    if p.gap > 2.0 * w.step * speed:
-        p.gap -= w.step * speed
-        p.checked = BOUNDED
+    known = max(known_gap(w, p, 0.0), p.gap - w.step * speed)
+    if known > w.step * speed:
+        p.gap, p.checked = known, BOUNDED
         return False
     if w.step * norm(sub(load(a.spin), load(b.spin))) > MAX_PASSING_TURN:
         return True
@@ -154,9 +150,9 @@ def separate_at_start(w, g):
     if g.unlisted != 0 and not may_exceed_limit(w, g, 2.0 * w.step * lead_of(w, g).speed_now):
         return
     b = body_at(w.bodies, g.body_b)
-    n, low, high = separate(w, g, to_world(b.axes, load(g.normal)))
+    n, low, high = separate(w, g.a, g.b, to_world(b.axes, load(g.normal)))
     if low <= high:
-        n, low, high = separate(w, g, ZERO)
+        n, low, high = separate(w, g.a, g.b, ZERO)
     store(g.normal, to_body(b.axes, n))
     g.separation = low - high
     slide, twist = motion_against(body_at(w.bodies, g.body_a), b)
@@ -181,7 +177,7 @@ def stayed_separated(w, g):
         return False
     a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
     n, h = load(g.normal), w.step
-    _, low, high = separate(w, g, to_world(b.axes, n))
+    _, low, high = separate(w, g.a, g.b, to_world(b.axes, n))
     slide, twist = motion_against(a, b)
     rate = max(norm(twist), norm(load(g.twist)))
     turn = h * rate
