@@ -180,8 +180,9 @@ def _compile_with_contacts(
     compiled = _compiled(spec)
     if overlaps != "raise" and exclude_held(spec, compiled, overlaps == "keep"):
         compiled = _compiled(spec)
-    if isinstance(contacts, Mapping) and not instances_of(compiled):
-        warnings.warn("contacts: no two geoms that may touch are both in the table", ContactWarning, stacklevel=3)
+    if instances_of(compiled) == instances_of(plain):
+        text = "contacts: no two geoms that touch natively are in one of them; nothing is added"
+        warnings.warn(text, ContactWarning, stacklevel=3)
     if overlaps != "keep":
         report_initial_overlaps(compiled, overlaps == "raise")
     return spec, compiled

@@ -5,7 +5,7 @@ import warnings
 
 import numpy as np
 import pytest
-from mujoco_scenes import mujoco, steel_pair, with_data
+from mujoco_scenes import BALL, mujoco, steel_pair, with_data
 
 from contactlaw import MATERIALS, ContactPair, ContactWarning
 from contactlaw.mujoco_plugin import contacts_of, instances_of, ledger_of, load_model, model_xml, overlaps_of
@@ -130,8 +130,10 @@ def test_a_table_of_materials_and_frictions():
     assert by_law(load_model(scene, {"*": "steel", "ba*": "rubber"})) == expected
     with pytest.raises(ValueError, match=r"contacts = \{\}: must be .*, not empty"):
         load_model(scene, {})
-    with pytest.warns(ContactWarning, match="no two geoms that may touch are both in the table"):
+    with pytest.warns(ContactWarning, match="no two geoms that touch natively are in one of them"):
         assert instances_of(load_model(scene, {"ball": RUBBER})) == []
+    with pytest.warns(ContactWarning, match="nothing is added"):  # as the law has them already
+        load_model(model_xml(BALL, [("*", "*", SOFT)]), [("*", "*", HARD)])
 
 
 def test_what_a_list_of_contacts_does_not_have_is_no_setting_of_it():
