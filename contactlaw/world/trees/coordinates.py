@@ -2,7 +2,6 @@
 
 from ctypes import CFUNCTYPE, c_uint64
 from functools import lru_cache
-from typing import Any
 
 from contactlaw.jit import address_of
 from contactlaw.world.data.call import ask_mobility, call_on_tree, call_with_body, call_with_number, call_with_vectors
@@ -41,24 +40,13 @@ def coordinates(world: Arrays, number: int) -> tuple[Array, Array]:
 
 
 def write_coordinates(world: Arrays, number: int, q: Array, v: Array) -> None:
-    """Set the coordinates and velocities of a tree, and all that is derived from them."""
+    """Set the coordinates and velocities of a tree, and all that follows from them; wakes its bodies."""
     for name, value in (("q", q), ("v", v)):
         own = numbers(world, number, name)
         if value.shape != own.shape:
             raise ValueError(f"{name}: shape {value.shape}; must be {own.shape}")
         own[:] = value
-    settle(world, number)
-
-
-def settle(world: Arrays, number: int) -> None:
-    """Update all that follows from the coordinates and velocities of a tree, which have changed; wakes its bodies."""
     tree = world.trees[number]
     tree["stale"] = 1
     world.bodies["asleep"][int(tree["first"]) : int(tree["first"] + tree["count"])] = 0
-    _called(int(tree["settle"]))(int(tree["bodies"]))
-
-
-@lru_cache
-def _called(address: int) -> Any:
-    """Return the function at an address, callable from Python."""
-    return CFUNCTYPE(None, c_uint64)(address)
+    CFUNCTYPE(None, c_uint64)(int(tree["settle"]))(int(tree["bodies"]))
