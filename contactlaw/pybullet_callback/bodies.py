@@ -320,7 +320,8 @@ class Bodies:
             p.resetBaseVelocity(body, own[7:10], own[10:], self._client)
 
     def _refuse(self) -> None:
-        name = name_of(self.keys[int(self._head["bad"][0])])
+        lost = int(self._state["lost_body"][0])  # by the last step, and with it all that it touched
+        name = name_of(self.keys[lost - 1 if lost else int(self._head["bad"][0])])
         raise ValueError(f"{name}: its position, velocity, or gravity is not finite")
 
 

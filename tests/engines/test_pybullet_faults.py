@@ -246,6 +246,15 @@ def test_a_call_that_raised_leaves_the_engine_as_it_was(client: int, fault: str)
         assert repr((everything(client), p.getJointState(arm, 0, client))) == before
 
 
+def test_of_bodies_that_are_lost_together_the_first_is_named(client: int) -> None:
+    heavy, fast = ball(client, [0, 0, -RADIUS], mass=1e3), ball(client, [0, 0, 0.999 * RADIUS])
+    p.changeDynamics(fast, -1, maxJointVelocity=1e20, physicsClientId=client)
+    callback, _ = in_contact(client, heavy, fast, pair_of(), dt=2e-3)
+    p.resetBaseVelocity(fast, [0, 0, -1e13], physicsClientId=client)
+    with pytest.raises(ValueError, match=f"body {fast}: its position, velocity, or gravity is not finite"):
+        step(callback, 2)
+
+
 class Env:
     """An environment as there are many: it knows a client, builds its world and steps it."""
 
