@@ -13,7 +13,7 @@ fly                   all bodies to the end of the step
 
 from contactlaw.jit import jit_module
 from contactlaw.memory import whole_at
-from contactlaw.world.bodies.motion import closing_at, fly, is_static, settle, update_momentum
+from contactlaw.world.bodies.motion import closing_at, fly, is_static, settle, update_momentum, wake_body
 from contactlaw.world.contacts.pace import LEAST_STEP, resting_duration, stays_closed, update_masses
 from contactlaw.world.contacts.touch import (
     has_parted,
@@ -33,7 +33,7 @@ from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, gap_
 from contactlaw.world.near.listing import count_slots, list_near, list_parts_anew, may_leave_margin
 from contactlaw.world.near.passing import separate_at_start
 from contactlaw.world.shapes.geometry import meet_near
-from contactlaw.world.sleep import is_disturbed, wake, wake_body
+from contactlaw.world.sleep import is_disturbed, wake
 from contactlaw.world.window import (
     activate,
     all_open_for_sure,
