@@ -250,6 +250,7 @@ def begin(w, dt):
         if p.slot >= 0:
             c = contact_at(w.contacts, p.slot)
             store(c.earlier, load(c.impulse))
+            w.deepest = max(w.deepest, c.deepest / c.touch.radius)
             if p.closed != 0 and shape_at(w.shapes, p.b).kind == TANGENT:  # the engine has placed this plane anew
                 update_geometry(w, c)
             if p.closed != 0 and w.edited != 0:
