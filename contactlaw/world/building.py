@@ -208,9 +208,12 @@ class Building(Shapes):
         order = np.argsort(owners, kind="stable")  # each owner, then its parts
         same = np.append(owners[order[1:]] == owners[order[:-1]], False)
         self._arrays.shapes["next"][order] = np.where(same, np.roll(order, -1), 0)
-        table, rules = np.full((len(kinds), len(kinds)), -1), [*self._rules, -1]
-        for first, i in kinds.items():
-            for second, j in kinds.items():
-                table[i, j] = rules[max((one // 2 for one in first if one ^ 1 in second), default=-1)]
+        table, sides = np.full((len(kinds), len(kinds)), -1), [[] for _ in range(2 * len(self._rules))]
+        for kind, number in kinds.items():
+            for side in kind:
+                sides[side].append(number)
+        for ones, twos, pair in zip(sides[::2], sides[1::2], self._rules, strict=True):
+            table[np.ix_(ones, twos)] = pair
+            table[np.ix_(twos, ones)] = pair
         self._arrays.world["stale"] = 1
         return table

@@ -7,7 +7,7 @@ awake touches them, or may do so in a window, or when the user changes the veloc
 
 from contactlaw.jit import jit_module
 from contactlaw.memory import whole_at
-from contactlaw.world.bodies.motion import settle, spin_change
+from contactlaw.world.bodies.motion import settle, spin_change, wake_body
 from contactlaw.world.contacts.pace import contact_duration
 from contactlaw.world.contacts.rolling import moment_of
 from contactlaw.world.data.access import body_at, contact_at, near_at, tree_at
@@ -158,24 +158,6 @@ def wake(w, now, touched):
                     settle(one)
                     some = True
     return some
-
-
-def wake_body(b, now):
-    """Wake a body, and all others of its tree."""
-    if b.tree == 0:
-        wake_one(b, now)
-    else:
-        t = tree_at(b.tree, 0)
-        for i in range(t.count):
-            wake_one(body_at(t.bodies, i), now)
-
-
-def wake_one(b, now):
-    """Wake a single body."""
-    b.asleep = 0
-    b.still = 0
-    b.time = now
-    b.changed = 1
 
 
 def is_at_rest(w):

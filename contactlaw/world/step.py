@@ -13,7 +13,7 @@ fly                   all bodies to the end of the step
 
 from contactlaw.jit import jit_module
 from contactlaw.memory import whole_at
-from contactlaw.world.bodies.motion import closing_at, fly, is_static, settle, update_momentum
+from contactlaw.world.bodies.motion import closing_at, fly, is_static, settle, update_momentum, wake_body
 from contactlaw.world.contacts.pace import LEAST_STEP, resting_duration, stays_closed, update_masses
 from contactlaw.world.contacts.touch import (
     has_parted,
@@ -33,7 +33,7 @@ from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, know
 from contactlaw.world.near.listing import count_slots, list_near, list_parts_anew, may_leave_margin
 from contactlaw.world.near.passing import separate_at_start
 from contactlaw.world.shapes.geometry import meet_near
-from contactlaw.world.sleep import is_disturbed, wake, wake_body
+from contactlaw.world.sleep import is_disturbed, wake
 from contactlaw.world.window import (
     activate,
     list_anew,
@@ -250,6 +250,7 @@ def begin(w, dt):
         if p.slot >= 0:
             c = contact_at(w.contacts, p.slot)
             store(c.earlier, load(c.impulse))
+            w.deepest = max(w.deepest, c.deepest / c.touch.radius)
             if p.closed != 0 and shape_at(w.shapes, p.b).kind == TANGENT:  # the engine has placed this plane anew
                 update_geometry(w, c)
             if p.closed != 0 and w.edited != 0:

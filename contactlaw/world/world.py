@@ -1,8 +1,12 @@
 """`World`: bodies, shapes and contacts from Python, without an engine."""
 
+import warnings
+from math import inf
+
 import numpy as np
 
 from contactlaw import checks
+from contactlaw.pair import DEEPEST, TOO_DEEP, ContactWarning
 from contactlaw.world import readout
 from contactlaw.world.arrays import with_more_room
 from contactlaw.world.building import Building
@@ -49,8 +53,10 @@ class World(Building):
         RuntimeError: NUMBA_DISABLE_JIT is set; worlds need compiled code.
     """
 
+    _told = DEEPEST
+
     def step(self, n: int = 1) -> None:
-        """Move the world by n steps of `timestep`.
+        """Move the world by n steps of `timestep`; a `ContactWarning` tells once of overlaps too deep for Hertz.
 
         Raises:
             RuntimeError: More shapes came near each other within one step than there was room for; or the motion is no
@@ -64,6 +70,9 @@ class World(Building):
             left = left - made if world["lost_body"][0] == 0 else 0
             if not PENDING_ERROR and left > 0:  # or it raises
                 self._arrays = with_more_room(self.arrays)
+        if self.arrays.world["deepest"][0] > self._told:
+            self._told = inf
+            warnings.warn(TOO_DEEP.format(self.arrays.world["deepest"][0]), ContactWarning, stacklevel=2)
         if self.arrays.world["lost"][0] > 0:
             raise RuntimeError("a step lost contacts: too many shapes came near each other in it; make it shorter")
         finite = np.isfinite(self.arrays.bodies["position"]).all(1)

@@ -61,3 +61,26 @@ def test_a_heap_sleeps_but_for_what_rolls_freely(seed: int) -> None:
     closed = made.world.contacts[made.world.contacts["closed"]]
     touching = np.bincount(closed["bodies"][closed["bodies"] >= 0], minlength=64)
     assert (made.world.asleep | (touching == 1)).all() and made.world.asleep.sum() >= 62
+
+
+@pytest.mark.parametrize("gone", [lambda world: world.place(0, position=(1.0, 0.0, LOW)),
+                                  lambda world: world.add_rule(0, [1, 2, 3])])  # fmt: skip
+def test_what_has_lost_its_support_falls(gone) -> None:
+    """Balls that sleep on one that is then placed elsewhere, or that no longer touches anything."""
+    world = balls(steel_pair(restitution=0.5), [[0.0, 0.0, LOW + 2.0 * k * RADIUS] for k in range(3)], 0.0,
+                  planes=[FLOOR], gravity=9.81, timestep=2e-3)  # fmt: skip
+    world.step(100)
+    assert world.asleep.all()
+    before = world.position[1:, 2]
+    gone(world)
+    world.step(20)
+    assert before - world.position[1:, 2] == pytest.approx(0.5 * 9.81 * 0.04**2, rel=0.02)  # what was pressed rebounds
+
+
+@pytest.mark.parametrize("restitution", [0.5, 0.9])
+def test_a_ball_sleeps_by_steps_of_a_third_of_an_impact(restitution: float) -> None:
+    """Where rounding along a contact would keep it moving, as implicit steps damp little in that time."""
+    world = balls(steel_pair(restitution=restitution), [[0.0, 0.0, LOW + 1e-3]], 0.0, planes=[FLOOR], gravity=9.81,
+                  timestep=2.31e-4)  # fmt: skip
+    world.step(5000)
+    assert world.asleep.all()

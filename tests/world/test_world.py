@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import re
 import textwrap
+import warnings
 from math import inf
+from time import process_time
 
 import numpy as np
 import pytest
 
+from contactlaw import ContactWarning
 from contactlaw.world import World
 from tests.world.world_scenes import FLOOR, RADIUS, balls, goes_on_alike, mass_of, steel_pair
 
@@ -179,3 +182,27 @@ def test_a_body_that_is_faster_than_any_is_refused() -> None:
     with pytest.raises(RuntimeError, match=r"body 1, at 1e\+13 m/s: the motion is no longer finite"):
         world.step(3)
     assert world.time == pytest.approx(2e-3)
+
+
+@pytest.mark.parametrize(("speed", "told"), [(80.0, False), (160.0, True)])
+def test_a_warning_tells_once_of_overlaps_too_deep_for_hertz(speed: float, told: bool) -> None:
+    """Also of an impact that is over; at 80 m/s the overlap is 0.08 of the radius, at 160 0.14."""
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        made = balls(steel_pair(), [[0.0, 0.0, RADIUS]], [[0.0, 0.0, -speed]], planes=[FLOOR])
+        made.step(3)
+        made.step(3)
+    assert [one.category for one in said] == [ContactWarning] * told
+
+
+def test_balls_that_are_added_one_by_one_cost_little() -> None:
+    """Each with a rule of its own; what a rule costs once grew with the cube of their number."""
+    world, begun, shapes = World(), process_time(), []
+    for number in range(160):
+        shapes.append(world.add_sphere(world.add_body(1.0, 1.0, (3.0 * number, 0.0, 0.0)), 1.0))
+        if number > 0:
+            world.add_contact(shapes[-1], shapes[:-1], steel_pair())
+            group = world.arrays.shapes["group"]
+    assert process_time() - begun < 4.0
+    later = np.maximum(*np.indices((160, 160)))
+    np.testing.assert_array_equal(world.arrays.groups[np.ix_(group, group)], np.where(np.eye(160), -1, later - 1))

@@ -6,7 +6,7 @@ Bodies of a tree move together: for these the functions of `trees.mobility` and 
 from math import ceil, sqrt
 
 from contactlaw.jit import jit_inline, jit_module
-from contactlaw.world.data.access import link_at, tree_at
+from contactlaw.world.data.access import body_at, link_at, tree_at
 from contactlaw.world.data.call import ask_mobility, call_with_body, call_with_number, call_with_vectors
 from contactlaw.world.data.quaternion import load4, product, rotate, rotation, rotation_vector, store4, unit
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub, to_body, to_world
@@ -336,6 +336,24 @@ def move_kinematic(w, b, place, turn, h):
         store(b.velocity, ZERO)
         store(b.spin, ZERO)
     set_axes(b)
+
+
+def wake_body(b, now):
+    """Wake a body, and all others of its tree."""
+    if b.tree == 0:
+        wake_one(b, now)
+    else:
+        t = tree_at(b.tree, 0)
+        for i in range(t.count):
+            wake_one(body_at(t.bodies, i), now)
+
+
+def wake_one(b, now):
+    """Wake a single body."""
+    b.asleep = 0
+    b.still = 0
+    b.time = now
+    b.changed = 1
 
 
 jit_module(__name__)

@@ -217,6 +217,7 @@ def release(w, slot):
     """Free the slot of a contact; its ledger is added to that of its pair of materials."""
     c = contact_at(w.contacts, slot)
     c.phase = FREE
+    w.deepest = max(w.deepest, c.deepest / c.touch.radius)
     add_to_ledger(c, pair_at(w.pairs, c.pair).ledger)
     set_whole(w.spare, w.spares, slot)
     w.spares += 1

@@ -303,6 +303,7 @@ WORLD = record(
     implicit="i8", solved="i8",  # counts since the start: implicit steps of islands, and factorisations for them
     kicks="i8", lists="i8",  # counts since the start: contact substeps, and lists of near pairs
     denied="i8",  # 1: a tree that was asked does not pass by everything, see `near.passing`
+    deepest="f8",  # greatest overlap over the contact's radius since the start
     late="i8", latest="f8",  # contacts that were found overlapping when they closed, and the greatest such overlap [m]
     twists="i8", lost="i8",  # TWIST_LATER, TWIST_NOW or TWIST_ALWAYS; contacts and pairs for which there was no room
     lost_body="i8", lost_speed="f8",  # the first lost in this step, 0: none, see `island.integrate`; its speed [m/s]

@@ -127,7 +127,7 @@ def evaluate_contact(w, r, stage, again):
     """Evaluate the contact of a row at the bodies' places, and add its impulse over a stage [s] to the residual.
 
     again: whether it has been evaluated since it was saved. An open pair that overlaps there is closed. Returns whether
-    the contact has moved by more than its tolerance since the last iteration, and the velocity [m/s] of that tolerance.
+    the contact has moved by more than its tolerance since the last iteration, and the residual [m/s] of such a motion.
     """
     p = near_at(w.near, r.near)
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
@@ -171,8 +171,9 @@ def evaluate_contact(w, r, stage, again):
     pace = min(stage * stage * t.force / (IMPACT_SQUARED * t.overlap * t.mass), 1.0)
     slid = stage * sqrt(slide[0] * slide[0] + slide[1] * slide[1])
     taken = min(t.friction * slid, t.overlap) if slips_fully(t) else 0.0
-    tolerance = CONVERGED * pace * t.overlap + SLIDE_CONVERGED * taken + rounding
-    return not (along <= tolerance and across <= tolerance + CONVERGED * slid), tolerance / stage  # NaN has moved
+    tolerance = CONVERGED * pace * t.overlap + SLIDE_CONVERGED * taken
+    moving = not (along <= tolerance + rounding and across <= tolerance + rounding + CONVERGED * slid)  # NaN has moved
+    return moving, (tolerance + pace * rounding) / stage  # motion along a slow contact leaves less than itself
 
 
 def add_stiffness(w, r, stage):

@@ -13,6 +13,7 @@ from numba import types
 
 from contactlaw.jit import jit_module
 from contactlaw.memory import set_whole, whole_at
+from contactlaw.world.bodies.motion import wake_body
 from contactlaw.world.contacts.touch import begin_contact, end_contact, release
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at
 from contactlaw.world.data.kinds import BOX, END, PLANE, TANGENT
@@ -102,6 +103,9 @@ def complete_list(w):
     for slot in range(w.slots):
         c = contact_at(w.contacts, slot)
         if c.near < 0 and (c.phase == CLOSED or (c.phase == PARTED and c.initial_overlap > 0.0)):
+            for k in (c.body_a, c.body_b):  # one was placed elsewhere, or they no longer touch by rule
+                if body_at(w.bodies, k).asleep != 0:
+                    wake_body(body_at(w.bodies, k), 0.0)
             release(w, slot)
 
 
