@@ -40,8 +40,8 @@ class World(Building):
     Args:
         gravity: [m/s^2], shape (3,), or one number: downward along z.
         timestep: [s] of `step`.
-        substeps: Of an impact between few bodies; with 100, the default, psi_2 is right to 5e-4. A damped one of two bodies alone
-            that slides slower than mu V has fewer, for the same error.
+        substeps: Of an impact between few bodies; with 100, the default, psi_2 is right to 5e-4. A damped
+            one of two bodies alone that slides slower than mu V has fewer, for the same error.
         crowd_substeps: Of a damped impact with joints, or in an island of more than `crowd` closed contacts; half as
             many for a contact that hardly moves. With 20, the default, velocities after a billiard break are right to
             2e-3 of that of the cue ball, after the step of a leg of rubber to 5e-3 (100: 5e-4); with 10, enough for a
