@@ -113,7 +113,7 @@ def fly_to_touch(w, bodies, pairs, t, now, until):
                 if (p.toi <= t + soon or (number == 0 and (new or p.toi < until))) and p.checked != t:
                     predict(w, p, t)
                 first = min(first, p.toi)
-                touches = p.toi <= t + soon and p.gap <= TOUCHING * radius_of(w, p, a, b)[0]
+                touches = p.toi <= t + soon and p.gap <= TOUCHING * radius_of(w, p, a, b)
                 if touches and begin_contact(w, whole_at(w.island_pairs, i), -p.gap):
                     closed = True
             else:

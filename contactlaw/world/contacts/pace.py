@@ -46,18 +46,24 @@ def impact_duration(k, duration, mass, overlap, closing, push):
 
 
 def radius_of(w, p, a, b):
-    """Return R [m] of a near pair where its bodies are, and the longer axis, see `curvature.effective_radius`.
+    """Return R [m] of a near pair where its bodies are."""
+    n, arm_a, arm_b = ZERO, ZERO, ZERO
+    if pair_at(w.pairs, p.pair).radius == 0.0 and not has_known_radius(
+        shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
+    ):
+        _, n, arm_a, arm_b = meet_near(w, p, a, b)
+    return radius_where(w, p, a, b, n, arm_a, arm_b)[0]
+
+
+def radius_where(w, p, a, b, n, arm_a, arm_b):
+    """Return R [m] of a near pair where it meets, and the longer axis, see `curvature.effective_radius`.
 
     Contacts of a given radius are circular.
     """
     own = pair_at(w.pairs, p.pair).radius
     if own > 0.0:
         return own, (0.0, 0.0, 0.0)
-    sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
-    n, arm_a, arm_b = ZERO, ZERO, ZERO
-    if not has_known_radius(sa, sb):
-        _, n, arm_a, arm_b = meet_near(w, p, a, b)
-    return effective_radius(sa, a, sb, b, n, arm_a, arm_b)
+    return effective_radius(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b, n, arm_a, arm_b)
 
 
 def share_of(t, sa, sb):
@@ -77,7 +83,7 @@ def touch_duration(w, p, a, b):
     push = max(p.acceleration, 0.0)
     closing = sqrt(max(p.closing, 0.0) ** 2 + 2.0 * push * max(p.gap, 0.0))
     law = law_of(w, pair_at(w.pairs, p.pair))
-    k = 4.0 / 3.0 * law.e_star * sqrt(radius_of(w, p, a, b)[0])
+    k = 4.0 / 3.0 * law.e_star * sqrt(radius_where(w, p, a, b, n, arm_a, arm_b)[0])
     return impact_duration(k, law.duration, mass, max(-p.gap, 0.0), closing, push)
 
 

@@ -13,7 +13,7 @@ from contactlaw.world.bodies.motion import JUMP, kick, moved_at, velocity_at
 from contactlaw.world.contacts import force
 from contactlaw.world.contacts.ends import damped_end, elastic_end, single_end
 from contactlaw.world.contacts.meeting import meet_apart, meet_contact
-from contactlaw.world.contacts.pace import MASS_TURN, radius_of, share_of, update_masses
+from contactlaw.world.contacts.pace import MASS_TURN, radius_where, share_of, update_masses
 from contactlaw.world.contacts.rolling import moment_of, update_rolled
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, pair_at, shape_at
 from contactlaw.world.data.call import address, call_roll, ready
@@ -52,8 +52,8 @@ def begin_contact(w, k, overlap):
     q = near_at(w.near, k)
     sa, sb = shape_at(w.shapes, q.a), shape_at(w.shapes, q.b)
     a, b = body_at(w.bodies, q.body_a), body_at(w.bodies, q.body_b)
-    radius, along = radius_of(w, q, a, b)
     now, n, arm_a, arm_b = meet_near(w, q, a, b)
+    radius, along = radius_where(w, q, a, b, n, arm_a, arm_b)
     if q.places > 1 and now < -TOUCHING * radius:  # another pair of both has just taken this place
         q.gap = -now
         return False

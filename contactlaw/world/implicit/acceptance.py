@@ -79,7 +79,7 @@ def strikes(w, p):
     if p.closed == 0:
         if p.checked != 0.0:
             find_gap(w, p, 0.0)
-        if p.gap < 0.0 and -p.gap > TOUCHING * radius_of(w, p, a, b)[0]:
+        if p.gap < 0.0 and -p.gap > TOUCHING * radius_of(w, p, a, b):
             return True  # so that `touch.begin_contact` treats the overlap as an initial one
         if turns_far(w, a) or turns_far(w, b):
             return p.toi < w.step
