@@ -149,6 +149,22 @@ def test_friction_takes_mu_times_the_normal_impulse_while_a_slide_vibrates() -> 
     assert max(up) > 1e-5 and up[-1] < 1e-9
 
 
+def test_a_ball_that_lands_sliding_and_spinning_does_not_hop_on() -> None:
+    """One iteration for a stage is enough for steady slides alone; a ball that moves up and down would for ever."""
+    resin, radius, mass = Material(5.84e9, 0.34), 0.02625, 0.1406
+    table = ContactPair(resin, resin, 0.212, 0.5, law="mindlin")
+    world = World(timestep=2e-3)
+    floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    spin = np.array([-1.0, -0.515, -1.0]) / radius
+    body = world.add_body(mass, 0.4 * mass * radius**2, (0.0, 0.0, radius + 2e-3), (-1.45, 1.02, 0.0), spin=spin)
+    world.add_contact(world.add_sphere(body, radius), floor, table)
+    world.step(45)
+    for _ in range(15):
+        world.step()
+        assert abs(world.velocity[body, 2]) < 1e-5
+        assert count(world, "implicit") > 0
+
+
 def test_a_box_on_a_slope_falls_asleep_and_does_not_creep() -> None:
     world = box(2e-3, 0.5)
     first = world.position[0]

@@ -164,9 +164,14 @@ def is_quasi_static(c, share):
 
     Closing acceleration and speed are below about 0.3 share times P/m and sqrt(P delta/m).
     """
-    t = c.touch
-    slow = t.closing * t.closing * t.mass < 0.1 * share * share * t.force * t.overlap
-    return slow and abs(c.closing_acceleration) * t.mass < 0.3 * share * t.force
+    balanced = abs(c.closing_acceleration) * c.touch.mass < 0.3 * share * c.touch.force
+    return balanced and is_slow(c, c.touch.closing, share)
+
+
+@jit_inline
+def is_slow(c, closing, share):
+    """Return whether inertia matters little beside the force of a contact at a closing speed [m/s]."""
+    return closing * closing * c.touch.mass < 0.1 * share * share * c.touch.force * c.touch.overlap
 
 
 def dashpot_of(t):
