@@ -75,6 +75,14 @@ def new_guard(w, i, j, time):
     return k
 
 
+def drop_guard(w):
+    """Remove the guard that was added last."""
+    w.guard_count -= 1
+    g = guard_at(w.guards, w.guard_count)
+    if g.lead == w.guard_count:
+        body_at(w.bodies, g.body_a).guard = g.next
+
+
 def lead_of(w, g):
     """Return the guard that counts the motion of a guard's bodies."""
     return guard_at(w.guards, g.lead)
@@ -140,12 +148,12 @@ def sweep_radius(s):
     return sqrt(3.0) * s.radius if s.kind == BOX else s.radius
 
 
-def separate(w, i, j, n):
-    """Return normal, low and high of `convex.separate` for whole shapes i and j, swept by their radii.
+def separate(w, g, n):
+    """Return normal, low and high of `convex.separate` for a guard's whole shapes, swept by their radii.
 
     n: a normal to use, or zero to find one. The separation is low - high [m].
     """
-    sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
+    sa, sb = shape_at(w.shapes, g.a), shape_at(w.shapes, g.b)
     n, low, high, _ = ask_separation(sa.separation, sa, body_at(w.bodies, sa.body), sb, body_at(w.bodies, sb.body), n)
     return n, low - sweep_radius(sa), high + (sweep_radius(sb) if sb.kind < PLANE else 0.0)
 
@@ -248,12 +256,12 @@ def place_plane(w, g, time):
     a, b = body_at(w.bodies, shape_at(w.shapes, g.a).body), body_at(w.bodies, shape_at(w.shapes, g.b).body)
     axes, last, n, low, high = body_at(w.bodies, g.body_b).axes, g.high - g.low, ZERO, -NEVER, 0.0
     if g.plane_time >= 0.0:
-        n, low, high = separate(w, g.a, g.b, to_world(axes, load(g.normal)))
+        n, low, high = separate(w, g, to_world(axes, load(g.normal)))
     if low - high <= max(-0.5 * last, 0.0):
-        new, bottom, top = separate(w, g.a, g.b, ZERO)
+        new, bottom, top = separate(w, g, ZERO)
         if dot(new, new) == 0.0 and g.plane_time < 0.0:
             across = sub(load(a.position), load(b.position))
-            new, bottom, top = separate(w, g.a, g.b, scale(1.0 / max(norm(across), 1e-300), across))
+            new, bottom, top = separate(w, g, scale(1.0 / max(norm(across), 1e-300), across))
         if dot(new, new) > 0.0 and bottom - top > low - high:
             n, low, high = new, bottom, top
     store(g.normal, to_body(axes, n))
@@ -297,7 +305,7 @@ def may_exceed_limit(w, g, way):
 
 def new_gap(w, g):
     """Return the present gap [m] of two whole shapes of which no parts are listed; it gives their guard a new limit."""
-    _, low, high = separate(w, g.a, g.b, ZERO)
+    _, low, high = separate(w, g, ZERO)
     g.limit = max(g.limit, low - high + lead_of(w, g).moved - lead_of(w, g).lag)
     return low - high
 

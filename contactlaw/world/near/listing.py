@@ -20,7 +20,7 @@ from contactlaw.world.data.kinds import BOX, END, PLANE, TANGENT
 from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED
 from contactlaw.world.data.vec import ZERO, add, load, norm, store, sub
 from contactlaw.world.near.guards import EXCEEDED, SLACK, has_shapes, separate, surface_speed
-from contactlaw.world.near.pairing import bounding_radius, complete_near, is_part, list_by_parts, list_pair, set_near
+from contactlaw.world.near.pairing import bounding_radius, complete_near, is_part, list_by_parts, list_pair
 from contactlaw.world.shapes.geometry import centre, meet
 
 # Steps that margins last at present speeds. More where few bodies have many shapes: the cost of listing grows with the
@@ -78,13 +78,14 @@ def list_parts_anew(w):
     for k in range(w.nears):
         p = near_at(w.near, k)
         if p.guard < 0 or guard_at(w.guards, p.guard).limit != EXCEEDED:
-            set_near(w, kept, p.a, p.b, p.guard, p.listed_gap)
+            q = near_at(w.near, kept)
+            q.a, q.b, q.guard, q.listed_gap = p.a, p.b, p.guard, p.listed_gap
             kept += 1
     w.nears = kept
     for k in range(w.guard_count):
         g = guard_at(w.guards, k)
         if g.limit == EXCEEDED:
-            n, low, high = separate(w, g.a, g.b, ZERO)
+            n, low, high = separate(w, g, ZERO)
             list_by_parts(w, k, n, low, high)
     if w.lost > lost:  # margins for several steps take too much room
         w.lost = lost
@@ -95,7 +96,7 @@ def list_parts_anew(w):
 
 def complete_list(w):
     """Sort near pairs, of which only shapes, guard and gap are set, and link contacts to them."""
-    sort_near(w)
+    sort_near(w, w.cells)
     for k in range(w.nears):
         complete_near(w, k)
         ignore_built_in(w, k)
@@ -278,23 +279,37 @@ def list_around(w, i, level, width, cells):
             j = whole_at(w.grid, cells + j)
 
 
-def sort_near(w):
-    """Sort near pairs, of which only shapes, guard and gap are set, by A and then by B: Shell's method."""
-    stride = 1
-    while stride < w.nears:
-        stride = 3 * stride + 1
-    while stride > 0:
-        for k in range(stride, w.nears):
-            p, i = near_at(w.near, k), k
-            a, b, guard, gap = p.a, p.b, p.guard, p.listed_gap
-            while i >= stride:
-                q = near_at(w.near, i - stride)
-                if q.a < a or (q.a == a and q.b <= b):
-                    break
-                set_near(w, i, q.a, q.b, q.guard, q.listed_gap)
-                i -= stride
-            set_near(w, i, a, b, guard, gap)
-        stride //= 3
+def sort_near(w, counts):
+    """Sort near pairs of which only shapes, guard and gap are set: by counting for A, by insertion for B.
+
+    counts: where `WORLD.grid` has room for one number for each shape.
+    """
+    for i in range(w.shape_count):
+        set_whole(w.grid, counts + i, 0)
+    for k in range(w.nears):
+        place = counts + near_at(w.near, k).a
+        set_whole(w.grid, place, whole_at(w.grid, place) + 1)
+    first = 0
+    for i in range(w.shape_count):
+        count = whole_at(w.grid, counts + i)
+        set_whole(w.grid, counts + i, first)
+        first += count
+    for k in range(w.nears):  # fields that are not set yet take the sorted shapes, guards and gaps
+        p = near_at(w.near, k)
+        i = whole_at(w.grid, counts + p.a)
+        set_whole(w.grid, counts + p.a, i + 1)
+        q = near_at(w.near, i)
+        q.body_a, q.body_b, q.pair, q.gap = p.a, p.b, p.guard, p.listed_gap
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        a, b, guard, listed = p.body_a, p.body_b, p.pair, p.gap
+        i = k
+        while i > 0 and near_at(w.near, i - 1).a == a and near_at(w.near, i - 1).b > b:
+            before, q = near_at(w.near, i - 1), near_at(w.near, i)
+            q.a, q.b, q.guard, q.listed_gap = a, before.b, before.guard, before.listed_gap
+            i -= 1
+        q = near_at(w.near, i)
+        q.a, q.b, q.guard, q.listed_gap = a, b, guard, listed
 
 
 jit_module(__name__)

@@ -36,7 +36,7 @@ from contactlaw.world.data.kinds import (
 )
 from contactlaw.world.data.records import CLOSED, HINGE, NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body
-from contactlaw.world.near.guards import lead_of, new_guard, parts_margin, separate
+from contactlaw.world.near.guards import drop_guard, lead_of, new_guard, parts_margin, separate
 from contactlaw.world.near.places import places_of
 from contactlaw.world.shapes.geometry import (
     IGNORED,
@@ -125,13 +125,18 @@ def list_pair(w, i, j):
 
 def list_cores(w, i, j, margin):
     """List two cores, or a core and a plane, if they are near and can meet."""
-    if hinge_separates(w, i, j):  # this costs less than to find where both are nearest
+    k = new_guard(w, i, j, 2.0 * w.step)
+    if k < 0:
         return
-    n, low, high = separate(w, i, j, ZERO)
-    if low - high <= margin:
-        k = new_guard(w, i, j, 2.0 * w.step)
-        if k >= 0:
-            list_by_parts(w, k, n, low, high)
+    g = guard_at(w.guards, k)
+    if hinge_separates(w, g):  # this costs less than to find where both are nearest
+        drop_guard(w)
+        return
+    n, low, high = separate(w, g, ZERO)
+    if low - high > margin:
+        drop_guard(w)
+    else:
+        list_by_parts(w, k, n, low, high)
 
 
 def list_by_parts(w, k, n, low, high):
@@ -199,14 +204,15 @@ def slot_of(w, i, j):
     return slot
 
 
-def hinge_separates(w, i, j):
+def hinge_separates(w, g):
     """Return whether two shapes can never meet, as a plane across the only hinge between their bodies separates them.
 
     Hinge and plane are fixed to both bodies, so that the height of each point over the plane is constant. So is the
     overlap of two flanges that lie on each other: no motion has made it, and it presses on nothing.
     """
-    sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
-    for one, other in ((sa.body, sb.body), (sb.body, sa.body)):
+    least = -DEEPEST * min(shape_at(w.shapes, g.a).radius, shape_at(w.shapes, g.b).radius)
+    a, b = shape_at(w.shapes, g.a).body, shape_at(w.shapes, g.b).body
+    for one, other in ((a, b), (b, a)):
         own = body_at(w.bodies, one)
         if own.tree == 0:
             continue
@@ -215,9 +221,9 @@ def hinge_separates(w, i, j):
         before = t.first + link.parent if link.parent >= 0 else t.hangs_on
         if before == other and link.joints == 1 and joint_at(t.joints, link.first_joint).kind == HINGE:
             n = load(axis_at(t.axes, link.first_axis).spin)
-            _, bottom, top = separate(w, i, j, scale(-1.0, n))
-            _, low, high = separate(w, i, j, n)
-            return max(low - high, bottom - top) > -DEEPEST * min(sa.radius, sb.radius) and sb.kind < PLANE
+            _, bottom, top = separate(w, g, scale(-1.0, n))
+            _, low, high = separate(w, g, n)
+            return max(low - high, bottom - top) > least and shape_at(w.shapes, g.b).kind < PLANE
     return False
 
 
@@ -266,14 +272,9 @@ def add_near(w, i, j, guard, gap):
     if w.nears == w.near_room:
         w.lost += 1
         return
-    set_near(w, w.nears, i, j, guard, gap)
-    w.nears += 1
-
-
-def set_near(w, k, i, j, guard, gap):
-    """Set what `add_near` says of near pair k."""
-    p = near_at(w.near, k)
+    p = near_at(w.near, w.nears)
     p.a, p.b, p.guard, p.listed_gap = i, j, guard, gap
+    w.nears += 1
 
 
 def complete_near(w, k):

@@ -150,9 +150,9 @@ def separate_at_start(w, g):
     if g.unlisted != 0 and not may_exceed_limit(w, g, 2.0 * w.step * lead_of(w, g).speed_now):
         return
     b = body_at(w.bodies, g.body_b)
-    n, low, high = separate(w, g.a, g.b, to_world(b.axes, load(g.normal)))
+    n, low, high = separate(w, g, to_world(b.axes, load(g.normal)))
     if low <= high:
-        n, low, high = separate(w, g.a, g.b, ZERO)
+        n, low, high = separate(w, g, ZERO)
     store(g.normal, to_body(b.axes, n))
     g.separation = low - high
     slide, twist = motion_against(body_at(w.bodies, g.body_a), b)
@@ -177,7 +177,7 @@ def stayed_separated(w, g):
         return False
     a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
     n, h = load(g.normal), w.step
-    _, low, high = separate(w, g.a, g.b, to_world(b.axes, n))
+    _, low, high = separate(w, g, to_world(b.axes, n))
     slide, twist = motion_against(a, b)
     rate = max(norm(twist), norm(load(g.twist)))
     turn = h * rate
