@@ -57,8 +57,8 @@ class Estimate:
         if self.uncertainty <= SURE * abs(self.value):
             return f"{self.value:.6g} (to a millionth or better)"
         digits = int(np.clip(1 - np.floor(np.log10(self.uncertainty)), 0, 8))
-        relative = 100.0 * self.uncertainty / abs(self.value)
-        return f"{self.value:.{digits}f} +- {self.uncertainty:.{digits}f} ({relative:.2g} %)"
+        relative = f" ({100.0 * self.uncertainty / abs(self.value):.2g} %)" if self.value != 0.0 else ""
+        return f"{self.value:.{digits}f} +- {self.uncertainty:.{digits}f}{relative}"
 
 
 @dataclass(frozen=True)
