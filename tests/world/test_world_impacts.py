@@ -70,7 +70,7 @@ def test_psi_2_at_any_step_and_phase(restitution: float, steps: float, phase: fl
 def test_a_damped_bounce_that_does_not_slide_needs_fewer_substeps(
     restitution: float, steps: float, phase: float
 ) -> None:
-    """Down to 0.4 of them: what is left of second order is in phase, and the ends of the force are corrected."""
+    """Down to 0.4 of them: what is left is of nearly third order."""
     found = impact(0.0, restitution, steps, phase)[1]
     assert abs(found - restitution) < 1e-4
     if steps > 1.0:
@@ -90,11 +90,11 @@ def test_psi_2_of_fine_nodes(restitution: float) -> None:
 
 @pytest.mark.heavy
 def test_a_whole_impact_converges_with_the_substeps() -> None:
-    """Restitution of a damped impact: the ends are corrected, what is left is of second order at least."""
+    """Restitution of a damped impact: its loss and the ends are corrected, what is left is of nearly third order."""
     counts = np.array([50.0, 100.0, 200.0, 400.0])
     found = [abs(impact(0.5, 0.7, 24.0, 0.4, substeps=count)[1] - 0.7) for count in counts]
     slope = np.polyfit(np.log(counts), np.log(found), 1)[0]
-    assert slope < -1.5
+    assert slope < -2.5
 
 
 @pytest.mark.heavy
