@@ -20,23 +20,19 @@ from contactlaw.mujoco_plugin.plugin import register  # noqa: E402
 
 register()
 
-from contactlaw.mujoco_plugin.constraints import skip_constraints  # noqa: E402  (needs the registered plugin)
-from contactlaw.mujoco_plugin.drop_in import (  # noqa: E402
-    instances_of,
-    load_model,
-    model_xml,
-    save_model,
-)
-from contactlaw.mujoco_plugin.overlaps import overlaps_of  # noqa: E402
+from contactlaw.mujoco_plugin.drop_in import load_model, model_xml, save_model  # noqa: E402
+from contactlaw.mujoco_plugin.geoms import geoms_of  # noqa: E402
+from contactlaw.mujoco_plugin.instances import skip_constraints  # noqa: E402
 from contactlaw.mujoco_plugin.readout import (  # noqa: E402
     ContactState,
     Ledger,
     contact_wrenches,
     contacts_of,
+    instances_of,
     ledger_of,
+    overlaps_of,
     set_friction,
 )
-from contactlaw.mujoco_plugin.selection import geoms_of  # noqa: E402
 from contactlaw.mujoco_plugin.spec import add_contact  # noqa: E402
 
 __all__ = [

@@ -41,17 +41,17 @@ HEAD = record(
     given="u8",  # address of the generalised force (nv,) that compute gave last
     step_size="f8",
     frees="u8", free_count="i8", mocap_count="i8", tree_count="i8",
-    # ranges of the numbers that are compared, how many, and how many of these are of heights; copies: see `edits`
+    # ranges of the numbers that are compared, how many, and how many of these are of heights; copies: see `notices`
     ranges="u8", range_count="i8", height_ranges="i8", watched="u8",
     mocaps="u8", trees="u8", springs="u8",
     # doubles of the instance in plugin_state; where in them the state of the world begins; with tendons nv before that
-    # are the forces of springs, see `kept_springs`
+    # are the forces of springs, see `change_of_tendons`
     size="i8", row="i8",
     tree_stage="u8", tree_force="u8",  # addresses of `trees.serve` and `trees.press`
     report="u8", address="u8",  # addresses of the function for reports, and of this record
-    # sensors: whether they are running; whether for means; room; for each shape the centre of mass of its body in the
-    # frame of its geom
-    sensing="i8", averages="i8", loads="u8", body_count="i8", sensors="u8", sensor_count="i8", centres="u8",
+    # sensors: 1: they are evaluated with the present forces, 2: with their means, 0: not; room; for each shape the
+    # centre of mass of its body in the frame of its geom
+    sensing="i8", loads="u8", body_count="i8", sensors="u8", sensor_count="i8", centres="u8",
     # for each velocity its place in its tree, then the number of that, -1: none; then what `JOINTED` has places of
     places="u8",
     signature="u8", content="u8",  # hashes: of sizes and names of model and world; of all numbers that the law reads
@@ -133,24 +133,19 @@ def floats(address, first, size):
     return carray(doubles_at(shifted(address, first)), size)
 
 
-def number(address, i):
-    """Return element i of an array of doubles."""
-    return doubles_at(shifted(address, i))[0]
+def entries(address, first):
+    """Return the address of element `first` of an array of C int."""
+    return types.uintp(address) + types.uintp(4 * first)
 
 
 def entry(address, i):
     """Return element i of an array of C int."""
-    return int(load_int(types.uintp(address) + types.uintp(4 * i)))
+    return int(load_int(entries(address, i)))
 
 
 def checksums(head):
     """Return the checksums of the state in mjData."""
     return state_at(shifted(data_at(head.data, 0).plugin_state, head.state), 0)
-
-
-def kept_springs(head):
-    """Return what the state has of the forces of springs in the last step, (nv,) if the model has tendons."""
-    return floats(data_at(head.data, 0).plugin_state, head.state + head.row - head.nv, head.nv)
 
 
 def last_state(head, before=0):
@@ -161,13 +156,13 @@ def last_state(head, before=0):
 def gather(head, source, first, target):
     """Copy numbers of the model, at an address, to those of a tree; their places begin at `first` in `head.places`."""
     for i in range(target.size):
-        target[i] = number(source, whole_at(head.places, first + i))
+        target[i] = doubles_at(source)[whole_at(head.places, first + i)]
 
 
 def scatter(head, source, first, target):
     """Copy numbers of a tree to those of the model, at an address; their places begin at `first` in `head.places`."""
     for i in range(source.size):
-        doubles_at(shifted(target, whole_at(head.places, first + i)))[0] = source[i]
+        doubles_at(target)[whole_at(head.places, first + i)] = source[i]
 
 
 def places_in(head, state):

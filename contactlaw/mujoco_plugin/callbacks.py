@@ -12,34 +12,20 @@ import numpy as np
 from numba import types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import address_of, jit_module
-from contactlaw.memory import copy_wholes, same_wholes, whole_at
+from contactlaw.memory import copy_wholes, doubles_at, same_wholes, whole_at
 from contactlaw.mujoco_plugin import free, layout, notices
-from contactlaw.mujoco_plugin.block import (
-    PUSH,
-    STARTS,
-    checksums,
-    floats,
-    free_at,
-    head_at,
-    last_state,
-    mocap_at,
-    moved_at,
-    shifted,
-)  # fmt: skip
-from contactlaw.mujoco_plugin.edits import is_edited
+from contactlaw.mujoco_plugin.block import PUSH, STARTS, checksums, floats, free_at, head_at, last_state, shifted
 from contactlaw.mujoco_plugin.layout import data_at, model_at
-from contactlaw.mujoco_plugin.notices import report_contacts, report_once, send_report
+from contactlaw.mujoco_plugin.notices import is_edited, report_contacts, report_once, send_report
 from contactlaw.mujoco_plugin.sensors import call_sense
 from contactlaw.mujoco_plugin.trees import FIND, MOVE, READ, WRITE, call_press, call_trees
-from contactlaw.world.bodies.motion import move_kinematic
 from contactlaw.world.data.access import body_at, contact_at, near_at, world_at
 from contactlaw.world.data.call import address, call_read, call_step, ready
 from contactlaw.world.data.checksum import as_float, mix
 from contactlaw.world.data.demand import READ as READ_STATE
 from contactlaw.world.data.demand import STEP
-from contactlaw.world.data.quaternion import load4, store4
 from contactlaw.world.data.records import RESIZED
-from contactlaw.world.data.vec import load, scale, store
+from contactlaw.world.data.vec import cross, load, scale, store
 from contactlaw.world.near.following import follow, may_follow, part
 from contactlaw.world.sleep import is_at_rest
 from contactlaw.world.state import forget_motion, unused_span, write
@@ -72,7 +58,7 @@ def move_world(head, w, state):
         if head.tree_count > 0 and body_at(w.bodies, 1 + i).asleep == 0:
             w.stale, w.brief = 1, 1  # what is listed near it decides which trees pass: it must be what is near now
     for i in range(head.mocap_count):
-        read_mocap(head, w, mocap_at(head.mocaps, i), moved_at(shifted(state.ctypes.data, PUSH + 2 * head.nv), i))
+        free.read_mocap(head, i, shifted(state.ctypes.data, PUSH + 2 * head.nv))
     run_trees(head, FIND)
     if head.tree_count == 0 and head.mocap_count == 0 and is_at_rest(w):
         for i in range(head.free_count):
@@ -113,8 +99,12 @@ def step_world(head):
 
     But not if all bodies stay clear of each other (CALM), or sleep on as in the step before (REPEATED).
     """
-    w = world_at(head.world, 0)
-    find_start(head)
+    w, m = world_at(head.world, 0), model_at(head.model, 0)
+    head.start, head.step_size = last_state(head), m.opt.timestep
+    # under Runge-Kutta three further calls of `compute` follow that at the start of the step; but a step in two halves
+    # (mj_step1, mj_step2) is one of Euler, with a single call
+    if doubles_at(head.start)[0] + m.opt.timestep != data_at(head.data, 0).time:
+        head.start = last_state(head, STARTS - 1)
     if head.calm == ASLEEP and sleeps_on(head):
         for i in range(head.free_count):
             free.hold_free(head, free_at(head.frees, i))
@@ -141,22 +131,6 @@ def run_trees(head, stage):
     return head.tree_count > 0 and call_trees(head.tree_stage, head.address, stage)
 
 
-def read_mocap(head, w, p, before):
-    """Let a mocap body move to its present pose from where it was before, which is then overwritten; see `MOVED`."""
-    b, d = body_at(w.bodies, p.body), data_at(head.data, 0)
-    place, turn = load(floats(d.xpos, 3 * p.id, 3)), load4(floats(d.xquat, 4 * p.id, 4))
-    known = load4(before.quaternion) != (0.0, 0.0, 0.0, 0.0)
-    store(b.position, load(before.position) if known else place)
-    store4(b.quaternion, load4(before.quaternion) if known else turn)
-    store(b.velocity, load(before.velocity))
-    store(b.spin, load(before.spin))
-    move_kinematic(w, b, place, turn, head.step_size)
-    store(before.position, place)
-    store4(before.quaternion, turn)
-    store(before.velocity, load(b.velocity))
-    store(before.spin, load(b.spin))
-
-
 def end_near(head, w):
     """Let what nothing has touched end the step where the engine has it: free bodies if they touch nothing there.
 
@@ -172,19 +146,6 @@ def end_near(head, w):
                 position, turn = free.pose_in(free_at(head.frees, i - 1), data_at(head.data, 0).qpos)
                 follow(w, i, position, turn)
     part(w)
-
-
-def find_start(head):
-    """Find the state at the start of the step.
-
-    It is that of the last call of `compute`, or under Runge-Kutta the one before its three further calls; under it, a
-    step in two halves (mj_step1, mj_step2) is one of Euler, with a single call.
-    """
-    m = model_at(head.model, 0)
-    head.start = last_state(head)
-    if floats(head.start, 0, 1)[0] + m.opt.timestep != data_at(head.data, 0).time:
-        head.start = last_state(head, STARTS - 1)
-    head.step_size = m.opt.timestep
 
 
 def save_state(head, state):
@@ -262,7 +223,10 @@ def add_force(head, body, arm, force, push_io):
     """
     b = body_at(world_at(head.world, 0).bodies, body)
     if 0 < body <= head.free_count:
-        free.press_free(free_at(head.frees, body - 1), arm, force, push_io)
+        f, moment = free_at(head.frees, body - 1), cross(arm, force)
+        for i in range(3):
+            push_io[f.v + i] += force[i]
+            push_io[f.v + 3 + i] += moment[i]
     elif b.tree != 0:
         call_press(head.tree_force, head.address, b, arm, force, push_io.ctypes.data)
 
@@ -299,7 +263,7 @@ def compute(m, d, instance, capability):
     if capability == layout.SENSOR:
         if head.sense != 0:
             load_state(head)
-            call_sense(head.sense, head.address, head.averages)
+            call_sense(head.sense, head.address, 0)
         return
     if (head.newest == 0 or not goes_on(head)) and is_edited(head):
         send_report(head, notices.EDITED, 0.0, -1, -1)
@@ -335,9 +299,7 @@ def advance(m, d, instance):
         head.calm = max(done, MOVED)
         save_state(head, head.left)
     if head.sense != 0:
-        head.averages = 1
         call_sense(head.sense, head.address, 1)
-        head.averages = 0
 
 
 def reset(m, state, block, instance):

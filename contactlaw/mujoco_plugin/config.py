@@ -24,9 +24,8 @@ OVERLAPS = ("relax", "keep")
 
 def instance_name(geoms1: Sequence[str], geoms2: Sequence[str]) -> str:
     """Return the name that `add_contact` gives to the plugin instance of these geoms."""
-    return "contactlaw:" + ":".join(
-        names[0] if len(names) == 1 else f"{names[0]}..{names[-1]}({len(names)})" for names in (geoms1, geoms2)
-    )
+    sides = (own[0] if len(own) == 1 else f"{own[0]}..{own[-1]}({len(own)})" for own in (geoms1, geoms2))
+    return ":".join(("contactlaw", *sides))
 
 
 @dataclass(frozen=True)
@@ -57,11 +56,11 @@ class Contact:
 
     def __post_init__(self) -> None:
         """Raises ValueError where a setting is not allowed."""
-        checks.count("substeps", self.substeps, LEAST_SUBSTEPS)
-        checks.count("crowd_substeps", self.crowd_substeps, LEAST_SUBSTEPS)
+        for name in ("substeps", "crowd_substeps"):
+            checks.count(name, getattr(self, name), LEAST_SUBSTEPS)
+        for name in ("others", "as_native"):
+            checks.truth(name, getattr(self, name))
         checks.one_of("overlaps", self.overlaps, OVERLAPS)
-        checks.truth("others", self.others)
-        checks.truth("as_native", self.as_native)
         if self.rounding is not None:
             checks.positive("rounding", self.rounding)
 
@@ -71,8 +70,7 @@ def write(contact: Contact) -> dict[str, str]:
     pair = contact.pair
     runs = ((f"{bits[0]}/{bits[1]}", len(list(run))) for bits, run in groupby(contact.native))
     given: dict[str, str | float | None] = {
-        "name": contact.name, "geom1": _joined([geom.name for geom in contact.ones]),
-        "geom2": _joined([geom.name for geom in contact.twos]),
+        "name": contact.name, "geom1": _joined(contact.ones), "geom2": _joined(contact.twos),
         "material1": f"{pair.a.youngs_modulus!r} {pair.a.poissons_ratio!r}",
         "material2": f"{pair.b.youngs_modulus!r} {pair.b.poissons_ratio!r}",
         "friction": GEOMS if contact.geom_friction else losses.text_of(pair.friction),
@@ -84,8 +82,8 @@ def write(contact: Contact) -> dict[str, str]:
     return {key: one if isinstance(one, str) else repr(float(one)) for key, one in given.items() if one is not None}
 
 
-def _joined(names: list[str]) -> str:
-    return ("|" if any(" " in name for name in names) else " ").join(names)
+def _joined(geoms: Sequence[Any]) -> str:
+    return ("|" if any(" " in geom.name for geom in geoms) else " ").join(geom.name for geom in geoms)
 
 
 def split(text: str) -> list[str]:
@@ -146,22 +144,16 @@ native: contype and conaffinity of each geom before the law took over, geom1's f
 given, the instance has only those pairs that the engine would have tested with these bits. material1, material2: a name
 in `MATERIALS`, or "E nu" in SI units. friction, restitution: a number, or a function in `contactlaw.losses` with its
 fields, such as "plastic yield_speed=0.1"; friction "geoms": the coefficients of the geoms, combined by the engine's
-rule. law: as for `laws.law_of`, such as "microslip node_count=32". substeps: least number of substeps in a contact;
-crowd_substeps: the same of damped impacts with joints, or where many touch; the largest values in a model hold for all
-contacts. rounding: radius [m] of the edges of boxes and cylinders; default a tenth of the smallest half length of each.
-overlaps: "keep": shapes that are found overlapping are pushed apart; default "relax": they count as just touching, see
-`world.contacts.touch.begin_contact`. name: name of the instance. MuJoCo prefixes and suffixes all names of a model that
-is attached to another; the prefix and suffix of the geoms are found by comparing the instance's name with this one.
+rule. law: as for `laws.law_of`, such as "microslip node_count=32". substeps, crowd_substeps, rounding, overlaps: as for
+`add_contact`; the largest numbers of substeps in a model hold for all contacts. name: name of the instance. MuJoCo
+prefixes and suffixes all names of a model that is attached to another; those of the geoms are found by comparing the
+instance's name with this one.
 """
 
 
 @cache  # called for each mjData; the pair warns of normal-tangential coupling only once
 def read(items: tuple[tuple[str, str], ...]) -> Contact:
-    """Return the contact that a configuration describes.
-
-    Raises:
-        ValueError: A key is missing or a value is not allowed; the message names it.
-    """
+    """Return the contact that a configuration describes; a ValueError names the key that is missing or not allowed."""
     texts = {key: text for key, text in items if text}
     for key in SIDES | REQUIRED:
         if key not in texts:

@@ -1,19 +1,7 @@
-"""The law in an existing model: an MJCF file in, a model or a new file out.
-
-    import gymnasium
-    from contactlaw import MATERIALS, ContactPair
-    from contactlaw.mujoco_plugin import save_model
-
-    hard = ContactPair(MATERIALS["steel"], MATERIALS["steel"], friction=0.2, restitution=0.8, radius=0.03)
-    theirs = gymnasium.make("Pusher-v5").unwrapped.fullpath
-    ours = save_model(theirs, "pusher.xml", [("body:object", "body:r_wrist_roll_link", hard)])
-    env = gymnasium.make("Pusher-v5", xml_file=str(ours))
-
-The new file names the plugin: a process that loads it must have imported `contactlaw.mujoco_plugin` before. Other
-packages: docs/models.md.
-"""
+"""The law in an existing model: an MJCF file in, a model or a new file out. Other packages: docs/models.md."""
 
 import os
+import re
 import sys
 import warnings
 from collections.abc import Mapping, Sequence
@@ -28,18 +16,20 @@ import numpy as np
 from contactlaw import checks
 from contactlaw.files import whole
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.constraints import skip_constraints
-from contactlaw.mujoco_plugin.entries import Contacts, parse_contacts, parse_skip, replace_all
-from contactlaw.mujoco_plugin.instances import contact_instances
-from contactlaw.mujoco_plugin.overlaps import exclude_held, report_initial_overlaps
-from contactlaw.mujoco_plugin.selection import give_names, label
-from contactlaw.mujoco_plugin.spec import replace_native_contacts
+from contactlaw.mujoco_plugin.config import OVERLAPS
+from contactlaw.mujoco_plugin.geoms import first_of, give_names, label
+from contactlaw.mujoco_plugin.instances import skip_constraints
+from contactlaw.mujoco_plugin.notices import reported_of
+from contactlaw.mujoco_plugin.readout import instances_of, overlaps_of, view_of
+from contactlaw.mujoco_plugin.spec import Contacts, parse_contacts, parse_skip, replace_all, replace_native_contacts
 from contactlaw.pair import ContactWarning
 from contactlaw.world.near.sets import groups
+from contactlaw.world.readout import PUT_IN
 
 Source = str | bytes | os.PathLike[str]
 NEEDS = "<!-- before this is read: import contactlaw.mujoco_plugin -->"
-OVERLAPS = ("relax", "keep", "raise")
+NAMED = 5  # overlapping pairs in a message
+INSIDE = 0.1  # depth over the radius of the smaller bounding sphere: deeper than any contact
 
 
 def load_model(
@@ -61,11 +51,10 @@ def load_model(
             skip: Geoms, or pairs (geoms1, geoms2), that keep the engine's own contact whatever "*" says.
             friction, restitution: For a table: a number, or a function of two materials. The default friction is that
                 of the geoms, by the engine's rule; the default restitution is 1.
-            overlaps: "relax": geoms that overlap by more than a tenth of their radius, or by more than an impact at 5
-                m/s would compress them, initially or later, count as just touching there; those of the initial position
-                are named in a warning, and the two bodies of a weld or connect constraint among them do not touch.
-                "raise": an error instead. "keep": they are pressed together, without a warning; such bodies of a weld
-                or connect are an error.
+            overlaps: "relax": geoms that overlap deeply, initially or later, count as just touching there; those of the
+                initial position are named in a warning, and the two bodies of a weld or connect constraint among them
+                do not touch. "raise": an error instead. "keep": they are pressed together, without a warning; such
+                bodies of a weld or connect are an error. How deep: docs/models.md.
 
     Raises:
         ValueError: The model cannot be read, or the law cannot serve a contact; the message names the geom.
@@ -107,7 +96,7 @@ def save_model(
     model: Source, target: str | os.PathLike[str], contacts: Contacts, *, assets: Mapping[str, bytes] | None = None,
     **settings: Any,
 ) -> Path:  # fmt: skip
-    """Write the model with the law in it to a new file, for programs that load their model from a file.
+    """Write the model with the law to a new file, for programs that load it after importing `contactlaw.mujoco_plugin`.
 
     Args:
         target: Path of the file. An existing file must be empty or written by this function; it is replaced only when
@@ -128,7 +117,8 @@ def save_model(
         raise ValueError(f"target = {str(path)!r}: must be in a folder that exists")
     if path.exists() and not path.is_file():
         raise ValueError(f"target = {str(path)!r}: exists; must be a file")
-    if path.exists() and path.stat().st_size > 0 and NEEDS not in path.read_text(encoding="utf-8", errors="replace"):
+    old = path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
+    if old and NEEDS not in old:
         raise ValueError(
             f"target = {str(path)!r}: exists, and save_model did not write it; must be another file than the model's "
             "own and what it refers to"
@@ -137,12 +127,6 @@ def save_model(
     with whole(path) as part:
         part.write_text(text, encoding="utf-8")
     return path
-
-
-def instances_of(model: mujoco.MjModel) -> list[str]:
-    """Return the names of the contacts in a compiled model, for `contacts_of` and `ledger_of`."""
-    view = layout.view_of(model)
-    return [view.name("plugin", number) for number in contact_instances(view)]
 
 
 def _compile_with_contacts(
@@ -158,7 +142,7 @@ def _compile_with_contacts(
         for name, own in (("friction", friction), ("restitution", restitution)):
             if own is not None:
                 raise ValueError(f"{name} = {own!r}: is of a table of materials; contacts of a list have their pair's")
-    settings["overlaps"] = "keep" if checks.one_of("overlaps", overlaps, OVERLAPS) == "keep" else "relax"
+    settings["overlaps"] = "keep" if checks.one_of("overlaps", overlaps, (*OVERLAPS, "raise")) == "keep" else "relax"
     left = parse_skip(spec, skip)
     every = parse_contacts(spec, contacts, settings, friction, 1.0 if restitution is None else restitution)
     some = [entry for entry in every if not entry.as_native]
@@ -196,12 +180,10 @@ def _precise_xml(spec: mujoco.MjSpec) -> str:
         text = spec.to_xml()
     finally:
         layout.LIBRARY._mjPRIVATE__set_xml_precision(before)
+    if "inertiagrouprange=" in text:
+        return text
     first, last = spec.compiler.inertiagrouprange  # of the geoms that have mass: robosuite and metaworld use it
-    return (
-        text
-        if "inertiagrouprange=" in text
-        else text.replace("<compiler ", f'<compiler inertiagrouprange="{first} {last}" ', 1)
-    )
+    return text.replace("<compiler ", f'<compiler inertiagrouprange="{first} {last}" ', 1)
 
 
 def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
@@ -211,11 +193,10 @@ def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
         with redirect_stderr(printed):
             model = spec.compile()
     except ValueError as error:
-        said = [line for line in printed.getvalue().splitlines() if line.startswith("contactlaw: ")]
-        reasons = [line for line in said if not line.startswith("contactlaw: compiling")]
-        if not reasons:
+        said = re.findall("^contactlaw: (?!compiling)(.*)", printed.getvalue(), re.MULTILINE)
+        if not said:
             raise
-        raise ValueError("; ".join(dict.fromkeys(reasons)).replace("contactlaw: ", "")) from error
+        raise ValueError("; ".join(dict.fromkeys(said))) from error
     sys.stderr.write(printed.getvalue())
     return model
 
@@ -229,15 +210,14 @@ def _spec_of(model: Source, assets: Mapping[str, bytes] | None) -> mujoco.MjSpec
         raise ValueError(f"model = {model!r}: must be the path of an MJCF or URDF file, or MJCF as text{other}")
     if assets is not None and not (isinstance(assets, Mapping) and all(isinstance(name, str) for name in assets)):
         raise ValueError(f"assets = {assets!r}: must be a dictionary of files by name")
-    files = dict(assets or {})
-    parts = {name: text for name, text in files.items() if name.endswith(".xml")}
-    others = {name: data for name, data in files.items() if name not in parts}
+    parts = {name: text for name, text in (assets or {}).items() if name.endswith(".xml")} or None
+    others = {name: data for name, data in (assets or {}).items() if not name.endswith(".xml")} or None
     if isinstance(model, str) and model.lstrip("\ufeff \t\r\n").startswith("<"):
-        return mujoco.MjSpec.from_string(os.fspath(model), include=parts or None, assets=others or None)
+        return mujoco.MjSpec.from_string(os.fspath(model), include=parts, assets=others)
     path = Path(model).absolute()
     if not path.is_file():
         raise ValueError(f"model = {os.fspath(model)!r}: no such file")
-    spec = mujoco.MjSpec.from_file(str(path), include=parts or None, assets=others or None)
+    spec = mujoco.MjSpec.from_file(str(path), include=parts, assets=others)
     for folder in ("meshdir", "texturedir"):
         setattr(spec.compiler, folder, str(path.parent / getattr(spec.compiler, folder)))
     return spec
@@ -249,16 +229,14 @@ def _check_parent_child(model: mujoco.MjModel, which: str, ones: Sequence[Any], 
         return
     weld, parent = model.body_weldid, model.body_parentid
     carried = [groups(geoms, lambda geom: int(weld[model.geom_bodyid[geom.id]])) for geoms in (ones, twos)]
-    for order in (1, -1):
-        here, there = carried[::order]
+    for here, there in (carried, carried[::-1]):
         for body, geoms in here.items():
             above = int(weld[parent[body]])
             if body and above and above in there:
-                one, two = (geoms[0], there[above][0])[::order]
                 raise ValueError(
-                    f"{which}: {label(one)} and {label(two)} belong to parent and child, which "
-                    "overlap at their joint; leave one of them out, or let just these two touch in a contact of "
-                    "their own"
+                    f"{which}: {label(there[above][0])} and {label(geoms[0])} belong to parent and child, which "
+                    "overlap at their joint; leave one of them out, or let just these two touch in a contact of their "
+                    "own"
                 )
 
 
@@ -271,3 +249,59 @@ def _equivalent(one: mujoco.MjModel, two: mujoco.MjModel, tolerance: float) -> b
         if a.shape != b.shape or (a.size and np.abs(a - b).max() > tolerance * np.abs(a).max()):
             return False
     return one.opt.timestep == two.opt.timestep and one.opt.integrator == two.opt.integrator
+
+
+def report_initial_overlaps(model: mujoco.MjModel, refuse: bool) -> None:
+    """Warn, once, of geoms of the law that lie in each other too deep in the initial position, or refuse them."""
+    found = _deep_overlaps(model)
+    if not found:
+        return
+    text = f"geoms overlap in the initial position of the model: {first_of([*found.values()], NAMED, 'pairs')}"
+    if refuse:
+        raise ValueError(f"overlaps = 'raise': {text}")
+    warnings.warn(f"{text}; they count as just touching", ContactWarning, stacklevel=4)
+    world = view_of(model, mujoco.MjData(model))
+    group = dict(zip(world.geoms.tolist(), world.shapes["group"].tolist(), strict=True))
+    told = reported_of(layout.view_of(model), world.pairs.size)
+    for one, two in found:
+        told[world.groups[group[one], group[two]]] |= PUT_IN
+
+
+def exclude_held(spec: mujoco.MjSpec, model: mujoco.MjModel, refuse: bool) -> bool:
+    """Exclude contacts between the two bodies of a connect or weld constraint that are built into each other.
+
+    The constraint holds them so, and there is no sensible normal along which they could push. Returns whether there are
+    any such bodies; an error if `refuse` is True.
+    """
+    weld, ends, said = model.body_weldid, list[set[int]](), dict[tuple[int, int], str]()
+    fields = model.eq_type, model.eq_objtype, model.eq_obj1id, model.eq_obj2id
+    for kind, of, *both in np.array(fields).T.tolist():
+        if kind in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
+            bodies = model.site_bodyid[both] if of == mujoco.mjtObj.mjOBJ_SITE else both
+            ends.append({int(weld[body]) for body in bodies})
+    for geoms, text in (_deep_overlaps(model) if ends else {}).items():
+        bodies = (int(model.geom_bodyid[geoms[0]]), int(model.geom_bodyid[geoms[1]]))
+        if {int(weld[body]) for body in bodies} in ends:
+            said.setdefault(bodies, text)
+    if not said:
+        return False
+    built = f"parts are built into each other: {first_of([*said.values()], NAMED, 'pairs')}"
+    if refuse:
+        raise ValueError(f"overlaps = 'keep': {built}; a weld or connect holds them so, leave them out by an <exclude>")
+    every = {body.id: body for body in spec.bodies}
+    for one, two in ((every[a], every[b]) for a, b in said):
+        one.name, two.name = one.name or f"body{one.id}", two.name or f"body{two.id}"
+        spec.add_exclude(bodyname1=one.name, bodyname2=two.name)
+    warnings.warn(f"{built}; their bodies do not touch", ContactWarning, stacklevel=4)
+    return True
+
+
+def _deep_overlaps(model: mujoco.MjModel) -> dict[tuple[int, int], str]:
+    """Return geoms of the law that lie in each other too deep in the initial position, and the text for a message."""
+    data, view = mujoco.MjData(model), layout.view_of(model)
+    mujoco.mj_kinematics(model, data)
+    return {
+        (one, two): f"{view.label('geom', one)} and {view.label('geom', two)} by {1e3 * depth:.3g} mm"
+        for one, two, depth in overlaps_of(model, data)
+        if depth > INSIDE * min(reach for reach in model.geom_rbound[[one, two]] if reach > 0.0)
+    }

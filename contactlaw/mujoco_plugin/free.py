@@ -1,4 +1,4 @@
-"""Free bodies: read from mjData into the world, and written back.
+"""Free bodies: read from mjData into the world, and written back; and mocap bodies, which are only read.
 
 The coordinates of a free joint are those of the body's frame, the world's those of the centre of mass. With all
 integrators but Runge-Kutta MuJoCo's velocity is half a step of acceleration behind its position: x1 = x0 + dt (v0 + dt
@@ -15,15 +15,16 @@ import numpy as np
 
 from contactlaw.jit import jit_module
 from contactlaw.memory import copy_wholes, same_wholes
-from contactlaw.mujoco_plugin.block import floats, free_at, shifted
+from contactlaw.mujoco_plugin.block import floats, free_at, mocap_at, moved_at, shifted
 from contactlaw.mujoco_plugin.layout import data_at
-from contactlaw.world.bodies.motion import set_axes, spin_after, spin_rate, update_momentum
+from contactlaw.world.bodies.motion import move_kinematic, set_axes, spin_after, spin_rate, update_momentum
 from contactlaw.world.contacts.force import is_quasi_static
 from contactlaw.world.data.access import body_at, world_at
 from contactlaw.world.data.quaternion import load4, product, store4, turn_by
 from contactlaw.world.data.records import AGED
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, share_of, store, sub
 from contactlaw.world.shapes.geometry import meet_near
+from contactlaw.world.trees.mobility import clear
 
 
 def state_of(head, state, f):
@@ -121,15 +122,30 @@ def read_free(head, f, known):
         w.stale = 1
         b.placed = 1
         b.held[0] = np.nan  # it wakes
-    position, turn = pose_in(f, shifted(head.start, 1))
-    store(b.position, position)
-    store4(b.quaternion, turn)
+    store(b.position, add(load(q), arm))
+    store4(b.quaternion, product(own, f.frame))
     set_axes(b)
     spin = turn_by(own, (v[3], v[4], v[5]))
     store(b.spin, spin)
     store(b.velocity, add(load(v), cross(spin, arm)))
     store(b.momentum, (0.0, 0.0, 0.0))
     update_momentum(b)
+
+
+def read_mocap(head, i, moved):
+    """Let a mocap body move to its present pose from where it was before, which is then overwritten; moved: `MOVED`."""
+    w, d, p, before = world_at(head.world, 0), data_at(head.data, 0), mocap_at(head.mocaps, i), moved_at(moved, i)
+    b, place, turn = body_at(w.bodies, p.body), load(floats(d.xpos, 3 * p.id, 3)), load4(floats(d.xquat, 4 * p.id, 4))
+    known = load4(before.quaternion) != (0.0, 0.0, 0.0, 0.0)
+    store(b.position, load(before.position) if known else place)
+    store4(b.quaternion, load4(before.quaternion) if known else turn)
+    store(b.velocity, load(before.velocity))
+    store(b.spin, load(before.spin))
+    move_kinematic(w, b, place, turn, head.step_size)
+    store(before.position, place)
+    store4(before.quaternion, turn)
+    store(before.velocity, load(b.velocity))
+    store(before.spin, load(b.spin))
 
 
 def lead_free(head, f):
@@ -181,9 +197,7 @@ def hold_free(head, f):
     """Set a body back to where it was at the start of the step, at rest."""
     d = data_at(head.data, 0)
     copy_wholes(shifted(head.start, 1 + f.q), shifted(d.qpos, f.q), 7)
-    v = floats(d.qvel, f.v, 6)
-    for i in range(6):
-        v[i] = 0.0
+    clear(floats(d.qvel, f.v, 6))
 
 
 def write_free(head, f, pushes_io):
@@ -229,14 +243,6 @@ def mean_share(c, dt):
         return 1.0
     parting = sqrt(t.closing * t.closing + 0.8 * t.force * max(t.overlap, 0.0) / t.mass)
     return min(t.mass * (t.closing + parting) / (t.force * dt), 1.0)
-
-
-def press_free(f, arm, force, push_io):
-    """Add a force on a body [N], at an arm [m] from its centre of mass, and its moment about that to `push_io`."""
-    moment = cross(arm, force)
-    for i in range(3):
-        push_io[f.v + i] += force[i]
-        push_io[f.v + 3 + i] += moment[i]
 
 
 def turn_moment(head, f, push_io):

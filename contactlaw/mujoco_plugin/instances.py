@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from functools import cached_property
-from itertools import chain
+from itertools import chain, combinations_with_replacement, product
 from typing import Any
 
 import mujoco
@@ -18,20 +18,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.mujoco_plugin import config, layout
-from contactlaw.mujoco_plugin.layout import LIBRARY
-from contactlaw.mujoco_plugin.shapes import Bits, Shape, native_margin, touch, type_of
+from contactlaw.mujoco_plugin.geoms import Bits, Shape, native_margin, touch, type_of
 from contactlaw.world.near.sets import Sets, groups
 
+FREE = int(mujoco.mjtJoint.mjJNT_FREE)
+NO_CONSTRAINT = int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
 FILTER_PARENT = int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
 _GEOM, _BODY, _TREE = (int(getattr(mujoco.mjtObj, f"mjOBJ_{name}")) for name in ("GEOM", "BODY", "XBODY"))
 _ADHESION = int(mujoco.mjtTrn.mjTRN_BODY)
 _SENSORS = [int(getattr(mujoco.mjtSensor, f"mjSENS_{name}", -1)) for name in ("CONTACT", "TACTILE")]
 _GRID = "mujoco.sensor.touch_grid"  # a plugin of MuJoCo's own
+NATIVE, OURS = "the engine's own contacts, and not", "those of the law"
 
 
 def configured(view: layout.ModelView, number: int) -> Iterator[tuple[str, str]]:
     """Yield the keys of a plugin instance that have a value, and the values."""
-    items = ((key, LIBRARY.mj_getPluginConfig(view.address, number, key.encode())) for key in config.KEYS)
+    items = ((key, layout.LIBRARY.mj_getPluginConfig(view.address, number, key.encode())) for key in config.KEYS)
     return ((key, value.decode()) for key, value in items if value)
 
 
@@ -56,30 +58,27 @@ def unserved_readers(view: layout.ModelView) -> Iterator[str]:
 
     These are adhesion actuators, sensors of contacts, and (from MuJoCo 3.11) adhesion and surface velocity of geoms.
     """
+    bare, found = np.zeros((view.ngeom, 1)), list[tuple[str, Any]]()  # and all that each is on
+    for name in ("adhesion", "surfacevel"):
+        values = getattr(view, f"geom_{name}", bare).reshape(view.ngeom, -1)
+        for geom in np.flatnonzero(values.any(1)).tolist():
+            found.append((f"geom {view.label('geom', geom)}: {name} acts by {NATIVE} by {OURS}", [(_GEOM, geom)]))
+    for k in np.flatnonzero(view.actuator_trntype == _ADHESION).tolist():
+        body = int(view.actuator_trnid[k, 0])
+        what = f"actuator {view.label('actuator', k)}: adhesion of body {view.label('body', body)}"
+        found.append((f"{what} acts by {NATIVE} by {OURS}", [(_BODY, body)]))
     grids = (view.sensor_plugin >= 0) & (view.plugin[view.sensor_plugin] == layout.plugin_of(_GRID)[1])
-    sticky = np.flatnonzero(view.actuator_trntype == _ADHESION)
-    sensors = np.flatnonzero(np.isin(view.sensor_type, _SENSORS) | grids)
-    bare = np.zeros((view.ngeom, 1))
-    own = {name: getattr(view, f"geom_{name}", bare).reshape(view.ngeom, -1) for name in ("adhesion", "surfacevel")}
-    own = {name: np.flatnonzero(values.any(1)).tolist() for name, values in own.items()}
-    if not (sticky.size or sensors.size or any(own.values())):
+    for k in np.flatnonzero(np.isin(view.sensor_type, _SENSORS) | grids).tolist():
+        text = f"measures {NATIVE} {OURS}; use contacts_of, or a sensor contactlaw.contact"
+        ends = np.array([view.sensor_objtype, view.sensor_objid, view.sensor_reftype, view.sensor_refid])[:, k]
+        found.append((f"sensor {view.label('sensor', k)}: {text}", ends.reshape(2, 2).tolist()))
+    if not found:
         return
     geoms = {geom for number in contact_instances(view) for geom in ContactInstance(view, number).geoms}
     bodies = set(view.geom_bodyid[list(geoms)].tolist())
     trees = {above for body in bodies for above in view.chain(body)}
     of_law = {_GEOM: geoms, _BODY: bodies, _TREE: trees | {0}}  # a site, or no object, may have any geoms
-    for name, geom in ((name, geom) for name, some in own.items() for geom in some if geom in geoms):
-        yield f"geom {view.label('geom', geom)}: {name} acts by the engine's own contacts, and not by those of the law"
-    for k in sticky.tolist():
-        body = int(view.actuator_trnid[k, 0])
-        if body in bodies:
-            what = f"actuator {view.label('actuator', k)}: adhesion of body {view.label('body', body)}"
-            yield f"{what} acts by the engine's own contacts, and not by those of the law"
-    for k in sensors.tolist():
-        ends = (view.sensor_objtype[k], view.sensor_objid[k]), (view.sensor_reftype[k], view.sensor_refid[k])
-        if all(number in of_law.get(int(kind), (number,)) for kind, number in ends):
-            what = f"sensor {view.label('sensor', k)}: measures the engine's own contacts, and not"
-            yield f"{what} those of the law; use contacts_of, or a sensor contactlaw.contact"
+    yield from (text for text, ends in found if all(one in of_law.get(kind, (one,)) for kind, one in ends))
 
 
 def contact_of_kinds(
@@ -89,7 +88,7 @@ def contact_of_kinds(
 
     Of several contacts that hold two geoms, the last one has them; those that hold only native pairs come first. The
     native pairs of the law are those that the engine would have tested before the law took over, and does not test now.
-    A `<pair>` with a negative margin is one that `disable_native` or `entries` wrote, so it is the law's.
+    A `<pair>` with a negative margin is one that `spec` wrote, so it is the law's.
     """
     before = {geom: own for one in known for geom, own in one.native.items()}
     weld, owner, fixed = view.body_weldid, view.geom_bodyid, view.body_treeid < 0
@@ -97,16 +96,15 @@ def contact_of_kinds(
     carriers = set(above[weld[owner]].tolist()) - {0}
     excluded = [(signature >> 16, signature & 0xFFFF) for signature in view.exclude_signature.tolist()]
     apart = {body for both in excluded for body in both}
-    chained = {body for body in set(owner.tolist()) if above[body] or int(weld[body]) in carriers}
+    apart |= {body for body in set(owner.tolist()) if above[body] or int(weld[body]) in carriers}
     named = {geom for both in view.margins for geom in both}
 
     def kind_of(geom: int) -> Hashable:
         sides, body = tuple((geom in one.sides[0], geom in one.sides[1]) for one in known), int(owner[geom])
         if geom not in before:
             return sides
-        now = view.bits[geom], bool(fixed[body])
-        alone = geom if geom in named else -1, body if body in apart else -1, weld[body] if body in chained else -1
-        return sides, before[geom], now, alone
+        alone = geom if geom in named else -1, body if body in apart else -1
+        return sides, before[geom], view.bits[geom], bool(fixed[body]), alone
 
     kinds = list(groups(dict.fromkeys(geom for one in known for geom in one.geoms), kind_of).values())
     kind = {geom: number for number, geoms in enumerate(kinds) for geom in geoms}
@@ -115,7 +113,7 @@ def contact_of_kinds(
     was = np.array([before.get(geom, (0, 0)) for geom in some.tolist()])
     native = _touch(was[:, 0], was[:, 1]) & ~_touch(view.geom_contype[some], view.geom_conaffinity[some])
     native &= ~(fixed[body][:, None] & fixed[body])
-    if not view.option("disableflags") & FILTER_PARENT:
+    if not view.opt["disableflags"] & FILTER_PARENT:
         child = (above[body][:, None] == weld[body]) & (weld[body] > 0)
         native &= ~(child | child.T)
     for one, two in excluded:
@@ -155,14 +153,12 @@ class ContactInstance:
 
         Where the model was attached to another one, geom names have the prefix and suffix of the instance's name.
         """
-        own = self.view.name("plugin", self.number)
-        name = self.contact.name
+        own, name = self.view.name("plugin", self.number), self.contact.name
         start, _, end = own.partition(name) if name and name in own else ("", "", "")
         out = []
         for key, (text,) in (("geom1", self.contact.ones), ("geom2", self.contact.twos)):
-            ids = [self.view.geom(start + text + end)]
-            if ids[0] < 0:
-                ids = [self.view.geom(start + name + end) for name in config.split(text)]
+            whole = self.view.geom(start + text + end)
+            ids = [whole] if whole >= 0 else [self.view.geom(start + name + end) for name in config.split(text)]
             if not ids or min(ids) < 0:
                 raise ValueError(
                     f"{key} = {text!r}: must be the name of a geom of the model, or names with spaces between"
@@ -198,14 +194,37 @@ def native_rule(view: layout.ModelView) -> Callable[[tuple[int, int]], bool]:
     return is_native
 
 
-def check(view: layout.ModelView, known: list[ContactInstance], moves: Callable[[int], bool]) -> None:
-    """Check that each pair belongs to one instance, can move, and has no native contact.
+def skip_constraints(model: mujoco.MjModel) -> bool:
+    """Switch the engine's constraint stage off if the law makes all contacts of the model, and all joints are free.
 
-    moves: returns whether a geom can move.
-
-    Raises:
-        ValueError: One of these fails; the message names the geoms.
+    Even where it finds nothing the stage takes a fifth of the step of a single body, and stack memory that grows as the
+    square of the number of bodies. `load_model` calls this; after `spec.compile()` the user may. Returns whether the
+    stage is off: by mjDSBL_CONSTRAINT in `model.opt.disableflags`, to which the law pays no heed. Clear the flag before
+    `geom_contype` or `geom_conaffinity` is edited to let the engine make contacts again.
     """
+    view = layout.view_of(model)
+    bound = view.neq or view.ntendon or view.nflex or (view.jnt_type != FREE).any() or view.dof_frictionloss.any()
+    if contact_instances(view) and not bound and not _makes_contacts(view):
+        model.opt.disableflags |= NO_CONSTRAINT
+    return bool(model.opt.disableflags & NO_CONSTRAINT)
+
+
+def _makes_contacts(view: layout.ModelView) -> bool:
+    """Return whether the engine may make a contact by itself between any two geoms."""
+    if (view.pair_margin >= 0.0).any():
+        return True
+    weld, is_native = view.body_weldid[view.geom_bodyid].tolist(), native_rule(view)
+    kinds = groups(range(view.ngeom), lambda geom: (view.bits[geom], weld[geom] == 0))
+    return any(
+        weld[a] != weld[b] and is_native((a, b))
+        for one, two in combinations_with_replacement(kinds, 2)
+        if touch(one[0], two[0]) and not (one[1] and two[1])
+        for a, b in product(kinds[one], kinds[two])
+    )
+
+
+def check(view: layout.ModelView, known: list[ContactInstance], moves: Callable[[int], bool]) -> None:
+    """Check that each pair belongs to one instance, can move, and has no native contact; moves: whether a geom can."""
     bits, margins, is_native = view.bits, view.margins, native_rule(view)
     holders: dict[int, set[int]] = {}  # of each geom the contacts that hold it, so far
     for number, member in enumerate(known):

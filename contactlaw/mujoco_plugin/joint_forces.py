@@ -29,18 +29,9 @@ D (1 + h B + h^2 K I) in place of D (MuJoCo documentation, Computation, "Numeric
 from numba import types
 
 from contactlaw.jit import jit, jit_module
-from contactlaw.memory import whole_at
+from contactlaw.memory import doubles_at, whole_at
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import (
-    entry,
-    floats,
-    gather,
-    kept_springs,
-    last_state,
-    number,
-    places_in,
-    spring_at,
-)
+from contactlaw.mujoco_plugin.block import entries, entry, floats, gather, last_state, places_in, spring_at
 from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.world.data.access import axis_at, joint_at
 from contactlaw.world.data.quaternion import load4, product, rotation_vector
@@ -59,7 +50,7 @@ def read_limits(head, j, t):
     solve_lt(t, factor, answer, n - 1, True)
     solve_ld(t, factor, answer)
     for row in range(first, first + d.nl):
-        joint, force = entry(d.efc_id, row), number(d.efc_force, row)
+        joint, force = entry(d.efc_id, row), doubles_at(d.efc_force)[row]
         if entry(d.efc_type, row) != layout.JOINT_LIMIT or entry(m.jnt_type, joint) < SLIDE or force <= 0.0:
             continue
         place, coordinate = entry(m.jnt_dofadr, joint), entry(m.jnt_qposadr, joint)
@@ -67,16 +58,16 @@ def read_limits(head, j, t):
             continue
         k = whole_at(head.places, place)
         axis, ends, reference = axis_at(t.axes, k), floats(m.jnt_range, 2 * joint, 2), floats(d.efc_KBIP, 4 * row, 3)
-        q, v = number(last_state(head), 1 + coordinate), number(last_state(head), 1 + head.nq + place)
-        beyond, weight = number(d.efc_pos, row), number(d.efc_D, row)
-        r = beyond - number(d.efc_margin, row)
+        q, v = doubles_at(last_state(head))[1 + coordinate], doubles_at(last_state(head))[1 + head.nq + place]
+        beyond, weight = doubles_at(d.efc_pos)[row], doubles_at(d.efc_D)[row]
+        r = beyond - doubles_at(d.efc_margin)[row]
         side = 1.0 if abs(q - ends[0] - beyond) < abs(ends[1] - q - beyond) else -1.0
         stiffness = reference[0] * reference[2]
         weight /= 1.0 + ahead * (reference[1] + ahead * stiffness)
         weight /= 1.0 + weight * mobility_along(t, k)
         axis.side, axis.weight = side, weight
         axis.edge = side * q - r
-        v += ahead * number(d.qacc, place)
+        v += ahead * doubles_at(d.qacc)[place]
         r += ahead * side * v
         axis.stiffness, axis.resistance = weight * stiffness, weight * reference[1]
         axis.hold = force + axis.stiffness * r + axis.resistance * side * v + weight * side * answer[k]
@@ -98,7 +89,8 @@ def read_springs(head, j, t):
     damping, springs = vector(t.d, (t.v_size, t.v_size)), vector(t.springs, (t.v_size, t.v_size))
     if m.opt.disableflags & layout.NO_SPRING == 0:
         for k in range(t.v_size):
-            share = 0.5 * head.step_size * number(m.jnt_stiffness, entry(m.dof_jntid, whole_at(head.places, j.v + k)))
+            joint = entry(m.dof_jntid, whole_at(head.places, j.v + k))
+            share = 0.5 * head.step_size * doubles_at(m.jnt_stiffness)[joint]
             vector(t.f, t.v_size)[k] -= forward(head) * share * vector(t.v, t.v_size)[k]
             damping[k, k] += share
             springs[k, k] += share
@@ -108,7 +100,8 @@ def read_springs(head, j, t):
             if head.lag == 0.0:
                 read_tendon(head, j, t, s.row)
             continue
-        force, stiffness = number(d.actuator_force, s.row), -number(m.actuator_biasprm, layout.BIAS * s.actuator + 1)
+        force = doubles_at(d.actuator_force)[s.row]
+        stiffness = -doubles_at(m.actuator_biasprm)[layout.BIAS * s.actuator + 1]
         if force == 0.0 or not stiffness > 0.0 or at_limit(force, floats(m.actuator_forcerange, 2 * s.actuator, 2)):
             continue
         first, count = entry(d.moment_rowadr, s.row), entry(d.moment_rownnz, s.row)
@@ -118,7 +111,7 @@ def read_springs(head, j, t):
             if x[k] != 0.0:
                 v = whole_at(head.places, j.v + k)
                 limits = floats(m.jnt_actfrcrange, 2 * entry(m.dof_jntid, v), 2)
-                if at_limit(number(d.qfrc_actuator, v), limits):
+                if at_limit(doubles_at(d.qfrc_actuator)[v], limits):
                     x[k] = 0.0
                 gains = gains or 0.5 * head.step_size * stiffness * x[k] * x[k] > damping[k, k]
         if gains:
@@ -168,8 +161,8 @@ def add_square(t, address, share):
 def read_tendon_spring(head, j, t, tendon):
     """Add the spring of a tendon, unless it is slack."""
     m, d = model_at(head.model, 0), data_at(head.data, 0)
-    length, slack = number(d.ten_length, tendon), floats(m.tendon_lengthspring, 2 * tendon, 2)
-    stiffness = number(m.tendon_stiffness, tendon)
+    length, slack = doubles_at(d.ten_length)[tendon], floats(m.tendon_lengthspring, 2 * tendon, 2)
+    stiffness = doubles_at(m.tendon_stiffness)[tendon]
     if m.opt.disableflags & layout.NO_SPRING == 0 and stiffness > 0.0 and not slack[0] <= length <= slack[1]:
         first, count = entry(m.ten_J_rowadr, tendon), entry(m.ten_J_rownnz, tendon)
         read_row(head, j, t, floats(d.ten_J, first, count), entries(m.ten_J_colind, first))
@@ -185,11 +178,11 @@ def change_of_tendons(head, j, t):
     Springs of its joints are left out, as they change within the step.
     """
     m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
-    change, kept = vector(t.x, n), kept_springs(head)
+    change, kept = vector(t.x, n), floats(d.plugin_state, head.state + head.row - head.nv, head.nv)
     on = m.opt.disableflags & layout.NO_SPRING == 0
     for k in range(n):
         place = whole_at(head.places, j.v + k)
-        force, stiffness = number(d.qfrc_spring, place), number(m.jnt_stiffness, entry(m.dof_jntid, place))
+        force, stiffness = doubles_at(d.qfrc_spring)[place], doubles_at(m.jnt_stiffness)[entry(m.dof_jntid, place)]
         if on and stiffness != 0.0:
             force += stiffness * displacement(head, place)
         change[k] = force - kept[place]
@@ -203,7 +196,7 @@ def displacement(head, place):
     joint = entry(m.dof_jntid, place)
     q, i, kind = entry(m.jnt_qposadr, joint), place - entry(m.jnt_dofadr, joint), entry(m.jnt_type, joint)
     if kind >= SLIDE or (kind == FREE_JOINT and i < 3):
-        return number(head.start, 1 + q + i)
+        return doubles_at(head.start)[1 + q + i]
     if kind == FREE_JOINT:
         q, i = q + 3, i - 3
     w, x, y, z = load4(floats(m.qpos_spring, q, 4))
@@ -219,11 +212,6 @@ def follow_tendons(head, t, change):
         v[k] += head.lag * change[k]
 
 
-def entries(address, first):
-    """Return the address of element `first` of an array of C int."""
-    return types.uintp(address) + types.uintp(4 * first)
-
-
 def read_equalities(head, j, t):
     """Read the equality constraints of a tree into E, D and f; f and D hold the other forces."""
     d, n = data_at(head.data, 0), t.v_size
@@ -235,7 +223,7 @@ def read_equalities(head, j, t):
         first = entry(d.efc_J_rowadr, i) if sparse else i * head.nv
         values = floats(d.efc_J, first, entry(d.efc_J_rownnz, i) if sparse else head.nv)
         read_row(head, j, t, values, entries(d.efc_J_colind, first) if sparse else types.uintp(0))
-        reference, whole = floats(d.efc_KBIP, 4 * i, 3), number(d.efc_D, i)
+        reference, whole = floats(d.efc_KBIP, 4 * i, 3), doubles_at(d.efc_D)[i]
         weight = whole / (1.0 + ahead * (reference[1] + ahead * reference[0] * reference[2]))
         stiffness = weight * reference[0] * reference[2]
         spring = 0.5 * head.step_size * stiffness

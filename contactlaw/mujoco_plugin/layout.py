@@ -27,13 +27,10 @@ def _dtype_of(node: Any) -> Any:
         return _dtype_of(node.inner_type), tuple(node.extents)
     if isinstance(node, ast_nodes.AnonymousStructDecl):
         return _struct_dtype(node.fields)
-    if isinstance(node, ast_nodes.ValueType):
-        if node.name in _NUMBERS:
-            return _NUMBERS[node.name]
-        if node.name in structs.STRUCTS:
-            return structure(node.name)
-        if node.name.startswith("mjt"):  # the remaining types of this prefix are enums
-            return "i4"
+    if isinstance(node, ast_nodes.ValueType) and node.name in structs.STRUCTS:
+        return structure(node.name)
+    if isinstance(node, ast_nodes.ValueType) and (node.name in _NUMBERS or node.name.startswith("mjt")):
+        return _NUMBERS.get(node.name, "i4")  # the remaining types of this prefix are enums
     raise ImportError(f"contactlaw does not know the type {node} in the structs of MuJoCo {mujoco.__version__}")
 
 
@@ -68,7 +65,6 @@ MODEL = structure("mjModel")[[
 data_at: Any = element(DATA)
 model_at: Any = element(MODEL)
 BIAS = int(mujoco.mjNBIAS)  # parameters of an actuator's bias
-GEOM = int(mujoco.mjtObj.mjOBJ_GEOM)
 JOINT_LIMIT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
 NO_GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
 NO_CONTACT = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
@@ -88,7 +84,7 @@ KEY = repr((mujoco.__version__, DATA, MODEL))
 
 
 class ModelView:
-    """A compiled model at an address, as callbacks get it: fields by name, sizes as int and arrays as views."""
+    """A compiled model at an address, as callbacks get it: fields by name, numbers as int and arrays as views."""
 
     def __init__(self, address: int) -> None:
         self.address = address
@@ -97,22 +93,16 @@ class ModelView:
     def __getattr__(self, name: str) -> Any:
         if name not in _MODEL:
             raise AttributeError(name)
-        own, place = _MODEL[name], int(self._struct[name])
+        own, place = _MODEL[name], self._struct[name]
         if not own.array_extent:
-            return place
+            return place if place.dtype.names else int(place)
         shape = [extent if isinstance(extent, int) else getattr(self, extent) for extent in own.array_extent]
-        array = record_at(place, _dtype_of(own.type.inner_type), np.prod(shape))
-        self.__dict__[name] = array.reshape(shape)
-        return self.__dict__[name]
-
-    @cached_property
-    def _text(self) -> bytes:
-        return self.names.tobytes()
+        array = record_at(place, _dtype_of(own.type.inner_type), np.prod(shape)).reshape(shape)
+        return self.__dict__.setdefault(name, array)
 
     def name(self, kind: str, number: int) -> str:
         """Return the name of a "geom", "body", "plugin" ..., empty if it has none."""
-        first = int(getattr(self, f"name_{kind}adr")[number])
-        return self._text[first : self._text.index(b"\0", first)].decode()
+        return ctypes.string_at(self.names.ctypes.data + int(getattr(self, f"name_{kind}adr")[number])).decode()
 
     def label(self, kind: str, number: int) -> str:
         """Return the quoted name, or the number if there is none, for messages."""
@@ -120,17 +110,13 @@ class ModelView:
 
     def geom(self, name: str) -> int:
         """Return the id of a geom; -1 if there is none of this name."""
-        return LIBRARY.mj_name2id(self.address, GEOM, name.encode())
+        return LIBRARY.mj_name2id(self.address, int(mujoco.mjtObj.mjOBJ_GEOM), name.encode())
 
     def chain(self, body: int) -> Iterator[int]:
         """Yield a body and those that carry it, without the world's."""
         while body:
             yield body
             body = int(self.body_parentid[body])
-
-    def option(self, field: str) -> int:
-        """Return an integer option, such as disableflags."""
-        return int(self._struct["opt"][field])
 
     @cached_property
     def bits(self) -> list[tuple[int, int]]:
@@ -140,18 +126,14 @@ class ModelView:
     @cached_property
     def margins(self) -> dict[tuple[int, int], float]:
         """Margin [m] of each two geoms, in ascending order, that a `<pair>` names; of several the greatest."""
-        out: dict[tuple[int, int], float] = {}
-        rows = zip(self.pair_geom1.tolist(), self.pair_geom2.tolist(), self.pair_margin.tolist(), strict=True)
-        for one, two, margin in rows:
-            key = min(one, two), max(one, two)
-            out[key] = max(margin, out.get(key, margin))
-        return out
+        pairs = np.sort([self.pair_geom1, self.pair_geom2], axis=0).T.tolist()
+        return dict(sorted(zip(map(tuple, pairs), self.pair_margin.tolist(), strict=True)))
 
     @property
     def signature(self) -> int:
         """Hash of sizes and names, the same for a model that comes from a pickle or a binary file."""
         sizes = [self.nq, self.nv, self.nbody, self.ngeom, self.npluginstate]
-        return hash_of(repr(sizes).encode() + self._text)
+        return hash_of(repr(sizes).encode() + self.names.tobytes())
 
 
 def hash_of(what: bytes) -> int:
@@ -165,16 +147,14 @@ _MODEL = {field.name: field for field in structs.STRUCTS["mjModel"].fields}
 def _library() -> ctypes.CDLL:
     """Return the wheel's libmujoco, with the argument types of the functions called from Python."""
     folder = Path(mujoco.__file__).parent
-    for pattern in ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll"):
-        for path in sorted(folder.glob(pattern)):
-            library, text, number = ctypes.CDLL(str(path)), ctypes.c_char_p, ctypes.c_int
-            library.mj_getPluginConfig.argtypes = [ctypes.c_void_p, number, text]
-            library.mj_getPluginConfig.restype = text
-            library.mj_name2id.argtypes = [ctypes.c_void_p, number, text]
-            library.mjp_getPlugin.argtypes = [text, ctypes.POINTER(number)]
-            library.mjp_getPlugin.restype = ctypes.c_void_p
-            return library
-    raise ImportError(f"contactlaw finds no MuJoCo library in {folder}")
+    paths = [path for name in ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll") for path in sorted(folder.glob(name))]
+    if not paths:
+        raise ImportError(f"contactlaw finds no MuJoCo library in {folder}")
+    library, address, text, number = ctypes.CDLL(str(paths[0])), ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int
+    library.mj_getPluginConfig.argtypes, library.mj_getPluginConfig.restype = [address, number, text], text
+    library.mj_name2id.argtypes = [address, number, text]
+    library.mjp_getPlugin.argtypes, library.mjp_getPlugin.restype = [text, ctypes.POINTER(number)], address
+    return library
 
 
 LIBRARY = _library()
@@ -187,11 +167,7 @@ def plugin_of(name: str) -> tuple[int | None, int]:
 
 
 def view_of(model: mujoco.MjModel, *states: mujoco.MjData) -> ModelView:
-    """Return the view of a model, checked; states: must belong to it.
-
-    Raises:
-        ValueError: They are something else, or do not belong together.
-    """
+    """Return the view of a model; a ValueError if it is none, or if states do not belong to it."""
     checks.instance("model", model, mujoco.MjModel)
     for data in states:
         checks.instance("data", data, mujoco.MjData)
@@ -201,11 +177,7 @@ def view_of(model: mujoco.MjModel, *states: mujoco.MjData) -> ModelView:
 
 
 def check() -> None:
-    """Compare the offsets with a live model.
-
-    Raises:
-        ImportError: The layout of this MuJoCo differs.
-    """
+    """Compare the offsets with a live model; an ImportError tells what differs."""
     model = mujoco.MjModel.from_xml_string(
         "<mujoco><option timestep='0.00123' integrator='implicit'/><worldbody><body><freejoint/><geom size='.1'/>"
         "<site name='s'/></body></worldbody><sensor><touch site='s'/></sensor></mujoco>"
@@ -220,12 +192,10 @@ def check() -> None:
             array = getattr(live, field, None)
             if isinstance(array, np.ndarray) and array.size and own[field] != array.ctypes.data:
                 wrong.append(f"{name}.{field}")
-    own, opt = record_at(model._address, MODEL, 1)[0]["opt"], model.opt
-    if (own["timestep"], own["integrator"], own["disableflags"]) != (opt.timestep, opt.integrator, opt.disableflags):
-        wrong.append("mjModel.opt")
-    if ModelView(model._address).nv != model.nv or own["gravity"][2] != -9.81:
+    view, fields = ModelView(model._address), ("timestep", "integrator", "disableflags")
+    wrong += [f"mjModel.opt.{field}" for field in fields if view.opt[field] != getattr(model.opt, field)]
+    if view.nv != model.nv or view.opt["gravity"][2] != -9.81:
         wrong.append("the sizes or options of mjModel")
     if wrong:
-        raise ImportError(
-            f"contactlaw does not fit MuJoCo {mujoco.__version__}: {', '.join(wrong)} not where its description says"
-        )
+        where = f"{', '.join(wrong)} not where its description says"
+        raise ImportError(f"contactlaw does not fit MuJoCo {mujoco.__version__}: {where}")

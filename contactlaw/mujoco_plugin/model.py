@@ -13,16 +13,9 @@ from numpy.typing import NDArray
 
 from contactlaw.mujoco_plugin import layout, sensors, trees
 from contactlaw.mujoco_plugin.block import FREE, JOINTED, MOCAP, MOVED, PUSH, SENSOR, SPRING, STARTS, build
-from contactlaw.mujoco_plugin.edits import watched_ranges
-from contactlaw.mujoco_plugin.instances import (
-    ContactInstance,
-    check,
-    contact_instances,
-    contact_of_kinds,
-    instances,
-)
-from contactlaw.mujoco_plugin.notices import reported_of
-from contactlaw.mujoco_plugin.shapes import check_served
+from contactlaw.mujoco_plugin.geoms import check_served
+from contactlaw.mujoco_plugin.instances import ContactInstance, check, contact_instances, contact_of_kinds, instances
+from contactlaw.mujoco_plugin.notices import reported_of, watched_ranges
 from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.data.demand import STEP, supply
@@ -49,10 +42,9 @@ class Model:
         self._m = view
         # of each geom: the body that carries it, and the pose of the geom's own body in that one's frame
         self._carriers = {geom: self._carrier(int(self._m.geom_bodyid[geom])) for geom in geoms}
-        finest = {
-            key: max(getattr(one.contact, key) for one in self._contacts) for key in ("substeps", "crowd_substeps")
-        }
-        self._world = World(gravity=0.0, **finest)
+        substeps = max(instance.contact.substeps for instance in self._contacts)
+        crowd_substeps = max(instance.contact.crowd_substeps for instance in self._contacts)
+        self._world = World(gravity=0.0, substeps=substeps, crowd_substeps=crowd_substeps)
         self._rows: dict[int, int] = {}  # of each body its number in the world, without the world's own row
         self._frames: dict[int, Pose] = {}  # of moving bodies: MuJoCo's body frame in the principal axes
         self._trees: list[dict[str, Any]] = []
@@ -62,8 +54,8 @@ class Model:
         self._frees: list[dict[str, Any]] = []
         self._mocaps: list[dict[str, Any]] = []
         self._add_bodies()
-        given = [(instance.contact.rounding, instance.geoms) for instance in self._contacts]
-        self._roundings = {geom: radius for radius, geoms in given if radius is not None for geom in geoms}
+        given = [one for one in self._contacts if one.contact.rounding is not None]
+        self._roundings = {geom: one.contact.rounding for one in given for geom in one.geoms}
         self._shapes = {geom: self._add_shape(geom) for geom in geoms}
         for instance in self._contacts:
             if not instance.native:
@@ -90,7 +82,15 @@ class Model:
     @property
     def state_size(self) -> int:
         """Length of the law's part of plugin_state, in doubles."""
-        return self._row + self._world_size
+        a = self.arrays
+        edged = set(self._world.owners[a.shapes["kind"] == EDGE].tolist())  # they may meet others that have edges
+        rooms = {geom: LASTING.get(shape.type, 0) for geom, shape in self._geom_shapes.items()}
+        boxes = [geom for geom, shape in self._geom_shapes.items() if shape.type == "box"]
+        rooms |= {geom: LASTING_ON_BOXES for geom in boxes if not edged.isdisjoint(self._shapes[geom])}
+        room = min(a.contacts.size, sum(rooms.values()))
+        # which trees equalities join is not known yet while the model is compiled, nor which bodies are in the world
+        bodies = max(a.bodies.size, self._m.nbody) if self._m.eq_type.size else a.bodies.size
+        return self._row + state_size(max(room, 1), a.memory.shape[1], bodies, a.pairs.size)
 
     @property
     def _row(self) -> int:
@@ -99,42 +99,24 @@ class Model:
         pulled = self._m.nv if self._m.ntendon else 0
         return PUSH + 2 * self._m.nv + MOVED.itemsize // 8 * len(self._mocaps) + pulled
 
-    @property
-    def _world_size(self) -> int:
-        a = self.arrays
-        edged = set(self._world.owners[a.shapes["kind"] == EDGE].tolist())  # they may meet others that have edges
-        each = [
-            LASTING_ON_BOXES
-            if shape.type == "box" and not edged.isdisjoint(self._shapes[geom])
-            else LASTING.get(shape.type, 0)
-            for geom, shape in self._geom_shapes.items()
-        ]
-        room = min(a.contacts.size, sum(each))
-        # which trees equalities join is not known yet while the model is compiled, nor which bodies are in the world
-        bodies = max(a.bodies.size, self._m.nbody) if self._m.eq_type.size else a.bodies.size
-        return state_size(max(room, 1), a.memory.shape[1], bodies, a.pairs.size)
-
-    def check(self) -> None:
-        """Check that the law can serve the model; the pairs are known only once it is compiled as a whole.
+    def block(self, report: int) -> int:
+        """Make a block for the leading instance and return its address; report: address of the function for reports.
 
         Raises:
-            ValueError: It cannot; the message names the geoms.
+            ValueError: The law cannot serve the model; the pairs are known only once it is compiled as a whole.
         """
-        carriers = {geom: carrier for geom, (carrier, _) in self._carriers.items()}
-        dofs = self._m.body_dofnum
-        check(self._m, self._contacts, lambda geom: dofs[carriers[geom]] > 0)
+        check(self._m, self._contacts, lambda geom: self._m.body_dofnum[self._carriers[geom][0]] > 0)
         if self._m.plugin_statenum[self._contacts[0].number] < self.state_size:
             raise ValueError("plugin_state: is shorter than the law needs; the model must be compiled by spec.compile")
-
-    def block(self, report: int) -> int:
-        """Make a block for the leading instance and return its address; report: address of the function for reports."""
         m, nq, nv, a = self._m, self._m.nq, self._m.nv, self.arrays
         sizes = m.signature, a.memory.shape[1], a.bodies.size, a.pairs.size  # which tell how a state is laid out
         own = {instance.number: number for number, instance in enumerate(self._contacts)}
         leader = self._contacts[0].number
         senses, listed = sensors.rows_of(m, dict.fromkeys(instances(m), -1) | own)
-        watch, values = self._watched()
         geoms, shapes = self._geom_of_shape, a.shapes
+        carrying = set(m.geom_bodyid[geoms].tolist()) | set(self._rows)
+        bodies = {above for body in carrying for above in m.chain(body)}
+        watch, values = watched_ranges(m, sorted(bodies), sorted(self._geom_shapes))
         loose = set(shapes["body"][shapes["kind"] < CORNER].tolist())
         frees = [free | {"unguarded": free["body"] in loose} for free in self._frees]
         supply(STEP)
@@ -156,12 +138,6 @@ class Model:
             "centres": np.array([self._pose_of(geom).inverse().place for geom in geoms]),
             "loads": np.zeros(12 * m.nbody + 2 * nv + 6),
         } | (trees.addresses() if self._trees else {}))  # fmt: skip
-
-    def _watched(self) -> tuple[NDArray[np.int64], Array]:
-        """Return the `watched_ranges` of all that the world is made from: trees, and the bodies that carry geoms."""
-        carrying = {int(self._m.geom_bodyid[geom]) for geom in self._geom_shapes} | set(self._rows)
-        bodies = {above for body in carrying for above in self._m.chain(body)}
-        return watched_ranges(self._m, sorted(bodies), sorted(self._geom_shapes))
 
     def _carrier(self, body: int) -> tuple[int, Pose]:
         """Return the nearest ancestor of a body (or itself) that moves, is mocap or the world; and the pose in it."""
@@ -185,8 +161,8 @@ class Model:
                 "offset": pose.place, "frame": pose.turn,
             })  # fmt: skip
         firsts = dict.fromkeys(int(root[body]) for body in carriers if m.body_dofnum[body] and not free[body])
-        for first in dict.fromkeys(min(self._system(first)) for first in firsts):
-            system = self._system(first)
+        for first in dict.fromkeys(self._systems[first][0] for first in firsts):
+            system = self._systems[first]
             bodies = np.flatnonzero(np.isin(root, system)).tolist()  # including welded ones
             bases = {one: self._carrier(int(m.body_parentid[one])) for one in system}
             led = any(m.body_mocapid[carrier] >= 0 for carrier, _ in bases.values())
@@ -207,11 +183,10 @@ class Model:
             self._places += [rows.q_of, rows.v_of]
         bases = {self._carrier(tree["base"])[0] for tree in self._trees}
         for body in sorted({*carriers, *(base for base in bases if m.body_mocapid[base] >= 0)}):
-            if m.body_mocapid[body] >= 0:
+            if not body or m.body_mocapid[body] >= 0:
                 self._rows[body] = self._world.add_body(np.inf, 1.0)
+            if m.body_mocapid[body] >= 0:
                 self._mocaps.append({"body": self._rows[body] + 1, "id": body})
-            elif not body:
-                self._rows[0] = self._world.add_body(np.inf, 1.0)
         for tree in self._trees:
             base, _ = self._carrier(tree["base"])
             self._world.arrays.trees["hangs_on"][tree["tree"]] = self._rows.get(base, -1) + 1
@@ -219,11 +194,9 @@ class Model:
     @cached_property
     def _roots(self) -> NDArray[np.int64]:
         """First body of the kinematic tree of each body; zero if it is in none."""
-        parent, dofs = self._m.body_parentid.tolist(), self._m.body_dofnum.tolist()
-        roots = [0] * len(parent)
-        for body in range(1, len(parent)):
-            roots[body] = roots[parent[body]] or (body if dofs[body] else 0)
-        return np.array(roots)
+        first = dict[int, int]()
+        trees = enumerate(self._m.body_treeid.tolist())
+        return np.array([first.setdefault(tree, body) if tree >= 0 else 0 for body, tree in trees])
 
     @cached_property
     def _free(self) -> NDArray[np.bool_]:
@@ -232,14 +205,11 @@ class Model:
         A free body has mass, no armature or damping, no equality constraint, no tendon that is a spring, and no child
         with mass or joints.
         """
-        m, parent = self._m, self._m.body_parentid.tolist()
-        counts = ((m.body_mass > 0.0) | (m.body_dofnum > 0)).tolist()
-        laden = [False] * len(parent)
-        for body in range(len(parent) - 1, 0, -1):
-            laden[parent[body]] |= laden[body] or counts[body]
-        jointed = m.body_jntnum > 0
-        free = jointed & (m.body_mass > 0.0) & ~np.array(laden)
-        free[jointed] &= m.jnt_type[m.body_jntadr[jointed]] == int(mujoco.mjtJoint.mjJNT_FREE)
+        m, tree = self._m, self._m.body_treeid
+        massive = np.bincount(tree[(m.body_mass > 0.0) & (tree >= 0)], minlength=m.ntree)
+        alone = (massive == 1) & (np.bincount(m.dof_treeid, minlength=m.ntree) == 6)
+        free = (m.body_mass > 0.0) & (m.body_jntnum > 0)
+        free[free] = alone[tree[free]] & (m.jnt_type[m.body_jntadr[free]] == int(mujoco.mjtJoint.mjJNT_FREE))
         dofs = m.body_dofadr[free][:, None] + np.arange(6)
         free[free] = ~((m.dof_armature[dofs] != 0.0) | (m.dof_damping[dofs] != 0.0)).any(1)
         pulled = (sorted(self._velocities_of_tendon(tendon)) for tendon in np.flatnonzero(m.tendon_stiffness).tolist())
@@ -293,66 +263,55 @@ class Model:
 
     def _carrying(self, bodies: list[int]) -> set[int]:
         """Return the velocities that move any of these bodies."""
-        m, chain = self._m, (above for body in bodies for above in self._m.chain(body))
-        return {
-            v for one in chain for v in range(int(m.body_dofadr[one]), int(m.body_dofadr[one] + m.body_dofnum[one]))
-        }
+        chain = {above for body in bodies for above in self._m.chain(body)}
+        return set(np.flatnonzero(np.isin(self._m.dof_bodyid, list(chain))).tolist())
 
-    def _system(self, first: int) -> list[int]:
-        """Return the first bodies of the trees that equality constraints make one system with a tree, itself included.
+    @cached_property
+    def _systems(self) -> dict[int, list[int]]:
+        """The first bodies of the trees that equality constraints make one system, by each of them.
 
         Trees that a mocap body carries are left apart.
         """
-        m, system, left = self._m, [first], [first]
-        alone = lambda root: m.body_mocapid[self._carrier(int(m.body_parentid[root]))[0]] >= 0  # noqa: E731
-        while left and not alone(first):
-            one = left.pop()
-            for held in self._held:
-                roots = set(self._roots[m.dof_bodyid[held]].tolist())
-                new = [root for root in roots if one in roots and root not in system and not alone(root)]
-                system += new
-                left += new
-        return sorted(system)
+        m, joined = self._m, {root: {root} for root in self._roots.tolist()}
+        for held in self._held:
+            roots = set(self._roots[m.dof_bodyid[held]].tolist())
+            led = {root for root in roots if m.body_mocapid[self._carrier(int(m.body_parentid[root]))[0]] >= 0}
+            whole = set[int]().union(*(joined[root] for root in roots - led))
+            joined |= dict.fromkeys(whole, whole)
+        return {root: sorted(system) for root, system in joined.items()}
 
     def _pose_of(self, geom: int) -> Pose:
         """Return the pose of a geom in the principal axes of the body that carries it."""
         carrier, pose = self._carriers[geom]
-        return self._frames.get(carrier, IDENTITY).then(
-            pose.then(Pose(self._m.geom_pos[geom], self._m.geom_quat[geom]))
-        )
+        own = Pose(self._m.geom_pos[geom], self._m.geom_quat[geom])
+        return self._frames.get(carrier, IDENTITY).then(pose.then(own))
 
     def _add_shape(self, geom: int) -> list[int]:
         """Add a geom to its body in the world; return the numbers of the shapes that it makes."""
-        row, shape, pose = self._rows[self._carriers[geom][0]], self._geom_shapes[geom], self._pose_of(geom)
-        kind = "sphere" if shape.is_spherical else shape.type
-        size, points = self._heights(geom) if kind == "hfield" else (shape.size, None)
-        points = self._vertices(geom) if kind == "mesh" else points
-        return self._world.add_shape(kind, row, size, *pose, self._roundings.get(geom), points)
+        row, shape = self._rows[self._carriers[geom][0]], self._geom_shapes[geom]
+        kind, (size, points) = "sphere" if shape.is_spherical else shape.type, self._size_of(geom)
+        return self._world.add_shape(kind, row, size, *self._pose_of(geom), self._roundings.get(geom), points)
 
-    def _heights(self, geom: int) -> tuple[Array, Array]:
-        """Return half lengths of a height field along x and y [m], and its heights [m], shape (rows, columns).
+    def _size_of(self, geom: int) -> tuple[Array, Array | None]:
+        """Return the sizes [m] of a geom; heights [m] of a field, shape (rows, columns), or vertices of a mesh, (n, 3).
 
-        While the model is compiled there are none yet; a flat field stands in for them.
+        The vertices are those of its hull if MuJoCo has found it. While the model is compiled there are none of either
+        yet; a flat field or a tetrahedron stands in for them.
         """
-        m, field = self._m, int(self._m.geom_dataid[geom])
-        first, shape = int(m.hfield_adr[field]), (int(m.hfield_nrow[field]), int(m.hfield_ncol[field]))
-        if shape[0] == 0:
-            return np.ones(2), np.zeros((2, 2))
-        own = m.hfield_data[first : first + shape[0] * shape[1]].reshape(shape)
-        return m.hfield_size[field, :2], m.hfield_size[field, 2] * own.astype(np.float64)
-
-    def _vertices(self, geom: int) -> Array:
-        """Return the vertices [m] of a mesh in the geom's frame, shape (n, 3): of its hull if MuJoCo has found it.
-
-        While the model is compiled there are none yet; a tetrahedron stands in for them.
-        """
-        view = self._m
-        mesh = int(view.geom_dataid[geom])
-        first, count, graph = (int(getattr(view, f"mesh_{name}")[mesh]) for name in ("vertadr", "vertnum", "graphadr"))
+        m, shape, data = self._m, self._geom_shapes[geom], int(self._m.geom_dataid[geom])
+        if shape.type == "hfield":
+            first, rows, columns = int(m.hfield_adr[data]), int(m.hfield_nrow[data]), int(m.hfield_ncol[data])
+            if rows == 0:
+                return np.ones(2), np.zeros((2, 2))
+            own = m.hfield_data[first : first + rows * columns].reshape(rows, columns)
+            return m.hfield_size[data, :2], m.hfield_size[data, 2] * own.astype(np.float64)
+        if shape.type != "mesh":
+            return shape.size, None
+        first, count, graph = int(m.mesh_vertadr[data]), int(m.mesh_vertnum[data]), int(m.mesh_graphadr[data])
         if count == 0:
-            return np.eye(4, 3)
-        own = view.mesh_vert[first : first + count]
+            return shape.size, np.eye(4, 3)
+        own = m.mesh_vert[first : first + count]
         if graph >= 0:
-            numbers = view.mesh_graph[graph:]
+            numbers = m.mesh_graph[graph:]
             own = own[numbers[2 + numbers[0] : 2 + 2 * numbers[0]]]
-        return own.astype(np.float64)
+        return shape.size, own.astype(np.float64)

@@ -11,14 +11,14 @@ import llvmlite.binding
 import mujoco
 
 from contactlaw.jit import CALLBACKS, INTERPRETED, SOURCE_STAMP, compiling
-from contactlaw.mujoco_plugin import config, edits, layout, notices
+from contactlaw.mujoco_plugin import config, layout, notices
 from contactlaw.mujoco_plugin.block import HEAD, STARTS, free
+from contactlaw.mujoco_plugin.geoms import FLAT, UNSERVED, type_of
 from contactlaw.mujoco_plugin.instances import contact_instances, instances, leads, unserved_readers
 from contactlaw.mujoco_plugin.layout import record_at
 from contactlaw.mujoco_plugin.model import Model
 from contactlaw.mujoco_plugin.readout import View
 from contactlaw.mujoco_plugin.sensors import NUMBERS
-from contactlaw.mujoco_plugin.shapes import FLAT, UNSERVED, type_of
 from contactlaw.pair import ContactWarning
 from contactlaw.world.data import demand
 from contactlaw.world.data.records import EDITED, RESIZED, WORLD
@@ -56,13 +56,13 @@ def init(model: int, data: int, number: int) -> int:
     """Make the block of an instance; called when an mjData is made. Returns -1 on failure."""
     try:
         view = layout.ModelView(model)
-        if view.option("enableflags") & layout.SLEEP:
+        if view.opt["enableflags"] & layout.SLEEP:
             raise ValueError("enableflags: sleep must be off; a body that is struck by the law would not wake")
-        if view.option("enableflags") & layout.OVERRIDE and (view.pair_margin < 0.0).any():
+        if view.opt["enableflags"] & layout.OVERRIDE and (view.pair_margin < 0.0).any():
             raise ValueError("enableflags: override must be off; it brings back contacts that pairs turn off")
-        if layout.LOSES_SPIN and view.option("integrator") == layout.IMPLICITFAST:
+        if layout.LOSES_SPIN and view.opt["integrator"] == layout.IMPLICITFAST:
             raise ValueError("integrator: implicitfast of MuJoCo 3.7 to 3.10 loses the spin of impacts; take implicit")
-        if view.option("disableflags") & layout.NO_PASSIVE == layout.NO_PASSIVE:
+        if view.opt["disableflags"] & layout.NO_PASSIVE == layout.NO_PASSIVE:
             raise ValueError("disableflags: spring and damper are both disabled, and with them all passive forces")
         if int(mujoco.mjtStage.mjSTAGE_ACC) not in view.sensor_needstage:
             view.plugin[number] = layout.plugin_of(config.BLIND)[1]
@@ -84,50 +84,34 @@ def _block_slot(data: int, number: int) -> ctypes.c_size_t:
 
 
 def _new_block(view: layout.ModelView, number: int) -> int:
-    """Make the block of an instance and return its address; zero if it does not lead.
-
-    Raises:
-        ValueError: The law cannot serve the model.
-    """
-    if not leads(view, number):
-        return 0
-    made = Model(view)
-    made.check()
-    return made.block(_REPORT_ADDRESS)
+    """Make the block of an instance and return its address; zero if it does not lead."""
+    return Model(view).block(_REPORT_ADDRESS) if leads(view, number) else 0
 
 
-def _rebuild_block(model: int, data: int) -> str:
+def _rebuild_block(view: layout.ModelView, data: int) -> str:
     """Make the leading block of an mjData again from the edited model; return why an edit has no effect, else ""."""
-    view = layout.ModelView(model)
     first = contact_instances(view)[0]
     slot = _block_slot(data, first)
     old = record_at(slot.value, HEAD, 1)[0]
-    changed = edits.update_watched(old)
+    changed = notices.update_watched(old)
     try:
         kinds = _checked_types(view, changed["geom_type"])
         made = _new_block(view, first)
     except Exception as error:
         return str(error) if "plugin_state" not in str(error) else f"{kinds}: needs more room than plugin_state has"
     new = record_at(made, HEAD, 1)[0]
-    before, now = (record_at(int(head["world"]), WORLD, 1) for head in (old, new))
-    now["edited"] = max(
-        before["edited"][0],
-        RESIZED if any(changed[name] for name in ("geom_type", "geom_size", *edits.OF_FIELDS)) else EDITED,
-    )
-    View(new).pairs["friction"] = View(old).pairs["friction"]  # `set_friction` may have changed it
+    before, now = (View(head, record_at(head["world"], WORLD, 1)[0]) for head in (old, new))
+    resized = any(changed[name] for name in ("geom_type", "geom_size", *notices.OF_FIELDS))
+    now.world["edited"] = max(before.world["edited"], RESIZED if resized else EDITED)
+    now.pairs["friction"] = before.pairs["friction"]  # `set_friction` may have changed it
     new["newest"] = old["newest"]  # with what is known of the step under way
-    nv, states = int(old["nv"]), STARTS * (1 + int(old["nq"]) + int(old["nv"]))
-    for name, count in (("recent", states), ("given", nv)):
+    for name, count in (("recent", STARTS * (1 + view.nq + view.nv)), ("given", view.nv)):
         ctypes.memmove(int(new[name]), int(old[name]), 8 * count)
     free(slot.value)
     slot.value = made
-    geoms = View(new).geoms.tolist()
-    bits = [
-        f"{name} = {getattr(view, name)[geom]} of geom {view.label('geom', geom)}"
-        for name in edits.BITS
-        for geom in changed[name]
-        if geom in geoms
-    ]
+    own = set(now.geoms.tolist())
+    edited = [(name, geom) for name in notices.BITS for geom in changed[name] if geom in own]
+    bits = [f"{name} = {getattr(view, name)[geom]} of geom {view.label('geom', geom)}" for name, geom in edited]
     return f"{', '.join(bits)}: the law keeps its contacts; choose geoms anew with load_model" if bits else ""
 
 
@@ -135,10 +119,10 @@ def _checked_types(view: layout.ModelView, geoms: list[int]) -> str:
     """Return a text on the present types of geoms; raise an error if the law cannot serve an edit to one of them."""
     texts = []
     for geom in geoms:
-        kind, still = type_of(int(view.geom_type[geom])), int(view.body_weldid[view.geom_bodyid[geom]]) == 0
+        kind, moves = type_of(int(view.geom_type[geom])), view.body_weldid[view.geom_bodyid[geom]] != 0
         bare = kind in ("mesh", "hfield") and view.geom_dataid[geom] < 0
         texts.append(f"geom_type = {kind} of geom {view.label('geom', geom)}")
-        if bare or kind in UNSERVED or (kind in FLAT and not still):
+        if bare or kind in UNSERVED or (kind in FLAT and moves):
             raise ValueError(f"{texts[-1]}: the law cannot follow this edit; compile the model anew")
     return ", ".join(texts)
 
@@ -148,22 +132,13 @@ def _checked_types(view: layout.ModelView, geoms: list[int]) -> str:
 def report(address: int, code: int, value: float, *geoms: int) -> None:
     """Warn of something that a compiled callback found, see `notices`; address: of the block. geoms: -1: none."""
     head, edited = record_at(address, HEAD, 1)[0], code == notices.EDITED
-    where = _where(head, geoms)
-    why = _rebuild_block(int(head["model"]), int(head["data"])) if edited else ""
+    view, time = layout.ModelView(int(head["model"])), record_at(head["data"], layout.DATA, 1)[0]["time"]
+    ends = [(view.label("geom", one), view.label("body", int(view.geom_bodyid[one]))) for one in geoms if one >= 0]
+    where = " on ".join(f"{geom} of body {body}" for geom, body in ends) or "contacts"
+    why = _rebuild_block(view, int(head["data"])) if edited else ""
     if why or not edited:
-        warnings.warn(f"{where}: {notices.TEXTS[code].format(value)}{why}", ContactWarning, stacklevel=3)
-
-
-def _where(head: Any, geoms: tuple[int, ...]) -> str:
-    """Return which geoms a report is about, and the time, for the message."""
-    time = record_at(head["data"], layout.DATA, 1)[0]["time"]
-    view = layout.ModelView(int(head["model"]))
-    named = [
-        f"{view.label('geom', geom)} of body {view.label('body', int(view.geom_bodyid[geom]))}"
-        for geom in geoms
-        if geom >= 0
-    ]
-    return f"{' on '.join(named) or 'contacts'} at {time:.6g} s"
+        text = f"{where} at {time:.6g} s: {notices.TEXTS[code].format(value)}{why}"
+        warnings.warn(text, ContactWarning, stacklevel=3)
 
 
 _REPORT_ADDRESS = ctypes.cast(report, ctypes.c_void_p).value or 0
@@ -207,9 +182,6 @@ def register() -> None:
 
     MuJoCo accepts one plugin of a name and ends the process at a second one, and living mjData call the compiled
     callbacks of the first. So these stay; only the Python functions are replaced by those of this import.
-
-    Raises:
-        ImportError: This MuJoCo is not supported, or another version of the plugin is registered already.
     """
     version = tuple(int(part) for part in mujoco.__version__.split(".")[:3])
     if not OLDEST <= version <= NEWEST:

@@ -1,6 +1,7 @@
-"""Readout of a running model: contact forces, ledgers, wrenches on bodies; and a change of friction."""
+"""Readout of a running model: contact forces, ledgers, wrenches on bodies, overlaps; and a change of friction."""
 
 import ctypes
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +19,7 @@ from contactlaw.world.readout import Ledger, ledger, mean_impulses
 
 Array = NDArray[np.float64]
 _LOOK = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int)
-FIRST = object()  # stands for the first instance; not None, which a lookup of a name may have returned
+Overlap = tuple[int, int, float]
 STUCK, SLIDING = 0.01, 1e-6  # tangential force over mu P: below the first; above 1 less the second
 
 
@@ -37,8 +38,7 @@ class ContactState:
         force: Mean force over the step, impulse over time step [N], shape (3,): the reading of a force sensor.
         point: Point of contact, world frame [m], shape (3,).
         contact_radius: Radius of the contact patch, sqrt(R overlap) [m].
-        slip: State of the patch at the end of the step: "stuck" (tangential force below 1 % of mu P), "partly",
-            "sliding".
+        slip: Of the patch at the end of the step: "stuck" (tangential force below 1 % of mu P), "partly", "sliding".
         stick_radius: Radius of the region that sticks [m], a (1 - F/(mu P))^(1/3) after Cattaneo and Mindlin for a
             force that has grown in one direction; after other histories the region is larger.
     """
@@ -58,6 +58,12 @@ class ContactState:
     stick_radius: float
 
 
+def instances_of(model: mujoco.MjModel) -> list[str]:
+    """Return the names of the contacts in a compiled model, for `contacts_of` and `ledger_of`."""
+    view = layout.view_of(model)
+    return [view.name("plugin", number) for number in contact_instances(view)]
+
+
 def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str | None = None) -> list[ContactState]:
     """Return the contacts of the law, or of one plugin instance, that touch or touched in the last step.
 
@@ -71,29 +77,26 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str | None = N
     Raises:
         ValueError: The model has no such contact.
     """
-    view = layout.view_of(model, data)
-    if name is None:
-        names = [view.name("plugin", number) for number in contact_instances(view)]
-        return [contact for one in names for contact in contacts_of(model, data, one)]
-    world = view_of(model, data, name)
-    sets = ContactInstance(view, contact_instances(view)[world.number]).sets
-    dt = float(model.opt.timestep)
-    out = []
-    rows = world.contacts[(world.contacts["phase"] != FREE) & (world.contacts["pair"] == world.number)]
-    rows = rows[np.lexsort((rows["shape_b"], rows["shape_a"]))]
+    world = view_of(model, data, *([] if name is None else [name]))
+    view, out, dt = layout.ModelView(model._address), list[ContactState](), float(model.opt.timestep)
+    rows = world.contacts[(world.contacts["phase"] != FREE) & np.isin(world.contacts["pair"], world.numbers)]
+    rows = rows[np.lexsort((rows["shape_b"], rows["shape_a"], rows["pair"]))]
+    sets = {pair: ContactInstance(view, world.instances[pair]).sets for pair in np.unique(rows["pair"]).tolist()}
     for row, impulse, point in zip(rows, mean_impulses(world.bodies, rows, dt), world.points(rows), strict=True):
         one, two = (int(world.geoms[row[shape]]) for shape in ("shape_a", "shape_b"))
-        sign, normal = 1.0, row["normal"].copy()
-        if sets.reversed(one, two):
+        sign, normal, touch = 1.0, row["normal"].copy(), row["touch"]
+        if sets[int(row["pair"])].reversed(one, two):
             one, two, sign = two, one, -1.0
-        impulse = sign * impulse
         across = row["force"] - (row["force"] @ normal) * normal
-        touching = bool(row["phase"] == CLOSED)
+        radius = float(np.sqrt(max(touch["radius"] * touch["overlap"], 0.0)))
+        most = float(touch["friction"] * touch["force"])
+        share = min(float(np.linalg.norm(across)) / most, 1.0) if most > 0.0 else 1.0
         out.append(
             ContactState(
-                one, two, touching, float(row["touch"]["overlap"]), sign * normal,
-                float(row["touch"]["force"]), sign * across, impulse, impulse / dt,
-                point, *_patch(row["touch"], float(np.linalg.norm(across))),
+                one, two, bool(row["phase"] == CLOSED), float(touch["overlap"]), sign * normal, float(touch["force"]),
+                sign * across, sign * impulse, sign * impulse / dt, point, radius,
+                "stuck" if share < STUCK else "partly" if share < 1.0 - SLIDING else "sliding",
+                radius * float(1.0 - share) ** (1.0 / 3.0),
             )
         )  # fmt: skip
     return out
@@ -102,16 +105,7 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str | None = N
 def ledger_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> Ledger:
     """Return the ledger of an instance; arguments and errors as for `contacts_of`."""
     world = view_of(model, data, name)
-    return ledger(world.pairs, world.contacts, world.number)
-
-
-def _patch(touch: Any, across: float) -> tuple[float, str, float]:
-    """Return patch radius [m], slip state and radius [m] of the stick region; across: tangential force [N]."""
-    radius = float(np.sqrt(max(touch["radius"] * touch["overlap"], 0.0)))
-    most = float(touch["friction"] * touch["force"])
-    share = min(across / most, 1.0) if most > 0.0 else 1.0
-    slip = "stuck" if share < STUCK else "partly" if share < 1.0 - SLIDING else "sliding"
-    return radius, slip, radius * float(1.0 - share) ** (1.0 / 3.0)
+    return ledger(world.pairs, world.contacts, world.numbers[0])
 
 
 def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
@@ -121,11 +115,7 @@ def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     tree (`data.subtree_com[model.body_rootid]`); zero for the world. Observations that use `cfrc_ext`, which has the
     engine's own contacts and applied forces, need the sum of both.
     """
-    known = contact_instances(layout.view_of(model, data))
-    out = np.zeros((model.nbody, 6))
-    if not known:
-        return out
-    world = view_of(model, data)
+    world, out = view_of(model, data), np.zeros((model.nbody, 6))
     rows = world.contacts[world.contacts["phase"] != FREE]
     points = world.points(rows)
     forces = mean_impulses(world.bodies, rows, model.opt.timestep) / model.opt.timestep
@@ -141,17 +131,17 @@ def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
 class View:
     """Arrays of the world of an mjData.
 
-    head: of the block. number: index of the instance among the contacts of the model, and of its pair in the world.
+    head: of the block. instances: ids of the contacts. numbers: of those meant, among them and of their pairs.
     """
 
-    def __init__(self, head: Any, number: int = 0) -> None:
-        self.number = number
-        world = self.world = record_at(head["world"], WORLD, 1)[0]
+    def __init__(self, head: Any, world: Any, instances: Sequence[int] = (), numbers: Sequence[int] = ()) -> None:
+        self.world, self.instances, self.numbers = world, instances, numbers
         self.contacts = record_at(world["contacts"], CONTACT, world["contact_room"])
         self.bodies = record_at(world["bodies"], BODY, world["body_count"])
         self.pairs = record_at(world["pairs"], PAIR, world["pair_count"])
         self.shapes = record_at(world["shapes"], SHAPE, world["shape_count"])
-        self.groups = record_at(world["groups"], np.int64, world["group_count"] ** 2).reshape(world["group_count"], -1)
+        count = int(world["group_count"])
+        self.groups = record_at(world["groups"], np.int64, count * count).reshape(count, count)
         self.geoms = record_at(head["geoms"], np.int64, world["shape_count"])
 
     def points(self, rows: NDArray[Any]) -> Array:
@@ -159,24 +149,26 @@ class View:
         return self.bodies["position"][rows["body_a"]] + rows["arm_a"]
 
 
-def view_of(model: mujoco.MjModel, data: mujoco.MjData, name: Any = FIRST) -> View:
+def view_of(model: mujoco.MjModel, data: mujoco.MjData, *names: str) -> View:
     """Return the view of an mjData, after its world has been brought to `data.plugin_state` if that was set.
 
     Raises:
-        ValueError: The model has no such contact, or the data belongs to another model.
+        ValueError: A name is not that of a contact, or the data belongs to another model.
     """
-    known = contact_instances(layout.view_of(model, data))
-    number = known[0] if name is FIRST and known else -1
-    if isinstance(name, str):  # mj_name2id ends the process if it is None
-        number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_PLUGIN, name)
-    if number not in known:
-        raise ValueError(f"name = {name!r}: must be the name of a plugin instance of the model")
+    known, numbers = contact_instances(layout.view_of(model, data)), list[int]()
+    for name in names:  # mj_name2id ends the process if it is None
+        number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_PLUGIN, name) if isinstance(name, str) else -1
+        if number not in known:
+            raise ValueError(f"name = {name!r}: must be the name of a plugin instance of the model")
+        numbers.append(known.index(number))
+    if not known:
+        return View(np.zeros(1, HEAD)[0], np.zeros(1, WORLD)[0])
     from contactlaw.mujoco_plugin import callbacks  # which can be compiled only once the plugin is registered
 
     _LOOK(callbacks.ADDRESSES["look"])(model._address, data._address, known[0])
     head = record_at(data.plugin_data[known[0]], HEAD, 1)[0]
     head["calm"] = 0  # the caller may change something, such as friction
-    return View(head, known.index(number))
+    return View(head, record_at(head["world"], WORLD, 1)[0], known, numbers or range(len(known)))
 
 
 def set_friction(model: mujoco.MjModel, data: mujoco.MjData, name: str, friction: float) -> None:
@@ -185,8 +177,7 @@ def set_friction(model: mujoco.MjModel, data: mujoco.MjData, name: str, friction
     This `MjData` alone keeps it, through resets and restored states; copies and new ones have the model's coefficient.
 
     Args:
-        model, data: The compiled model and its state.
-        name: Name of the plugin instance, see `instances_of`.
+        model, data, name: As for `contacts_of`, but one instance.
         friction: Coefficient, >= 0.
 
     Raises:
@@ -194,6 +185,26 @@ def set_friction(model: mujoco.MjModel, data: mujoco.MjData, name: str, friction
     """
     mu = checks.not_negative("friction", friction)
     world = view_of(model, data, name)
-    world.pairs["friction"][world.number] = mu
-    world.contacts["touch"]["friction"][world.contacts["pair"] == world.number] = mu
+    world.pairs["friction"][world.numbers] = mu
+    world.contacts["touch"]["friction"][world.contacts["pair"] == world.numbers[0]] = mu
     world.bodies["held"] = np.nan  # sleeping bodies check again whether they may sleep
+
+
+def overlaps_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Overlap]:
+    """Return the geoms of the law that overlap in `data`: (id, id, depth [m]), deepest first.
+
+    An environment that draws initial positions until `data.ncon` is zero does not see these contacts. After `data.qpos`
+    has been set, call mj_kinematics (or mj_forward) first.
+    """
+    world, out = view_of(model, data), list[Overlap]()
+    geoms, first = np.unique(world.geoms, return_index=True)
+    shapes = world.shapes[first]
+    reach = np.where(model.geom_rbound > 0.0, model.geom_rbound, np.inf)[geoms]  # planes have none
+    places = data.geom_xpos[geoms]
+    for i, geom in enumerate(geoms.tolist()):
+        near = np.linalg.norm(places - places[i], axis=1) < reach + reach[i]
+        near &= (world.groups[shapes["group"][i], shapes["group"]] >= 0) & (shapes["body"] != shapes["body"][i])
+        near[:i] = False
+        for two in geoms[near].tolist():
+            out.append((geom, two, -mujoco.mj_geomDistance(model, data, geom, two, 0.0, None)))
+    return sorted((entry for entry in out if entry[2] > 0.0), key=lambda entry: (-entry[2], entry[:2]))

@@ -8,11 +8,8 @@ R over the step, R = impulse/step, and the accelerations that belong to it, qacc
 generalised force that the engine was given for the contacts. Forces and accelerations then obey the equation of motion
 of that step.
 
-`touch` sensors include the law's contacts by the engine's rule: the ray from a contact along its normal meets the site.
-The law's own sensor, `<plugin plugin="contactlaw.contact" objtype="body" objname="foot"/>`, measures all contacts of a
-body, a geom, or a site (by the same rule), or with `instance=` those of one instance: the number of contacts, the force
-[N], the moment [N m] about the point of contact, and that point [m], in the world frame. For several contacts the point
-is the mean, weighted by force.
+`touch` sensors, and the law's own sensor (docs/mujoco.md) on a site, include contacts by the engine's rule: the ray
+from a contact along its normal meets the site.
 """
 
 from typing import Any
@@ -21,9 +18,9 @@ import mujoco
 from numba import types
 
 from contactlaw.jit import address_of, compiling, jit_module
-from contactlaw.memory import caller, whole_at
+from contactlaw.memory import caller, doubles_at, whole_at
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import entry, floats, head_at, number, sensor_at, shifted
+from contactlaw.mujoco_plugin.block import entry, floats, head_at, sensor_at, shifted
 from contactlaw.mujoco_plugin.free import mean_share
 from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.world.data.access import body_at, contact_at, world_at
@@ -53,9 +50,6 @@ def rows_of(view: layout.ModelView, instances: dict[int, int]) -> tuple[bool, li
     """Return whether a model has force or acceleration sensors, and the `block.SENSOR` fields of touch and own sensors.
 
     instances: ids of all plugin instances, and the index of each among the contacts of the model; -1: it means all.
-
-    Raises:
-        ValueError: An own sensor is on something else than a body, geom or site.
     """
     names = ("type", "needstage", "objtype", "objid", "adr", "plugin")
     kinds, stages, on, ids, places, plugins = (getattr(view, f"sensor_{name}").tolist() for name in names)
@@ -84,16 +78,17 @@ def address() -> int:
 def sense(block, mean):
     """Evaluate sensors with the law's contacts; mean: averaged over the step, else as they press now.
 
-    The engine, called to evaluate its sensors, calls this again for those of the law; `sensing` tells these calls
-    apart.
+    The engine, called to evaluate its sensors, calls this again for those of the law.
     """
     head = head_at(block, 0)
-    asked, head.sensing = head.sensing, 1
-    if asked == 0 and gather_wrenches(head, mean):
+    if head.sensing != 0:
+        write_readings(head, head.sensing - 1)
+    elif gather_wrenches(head, mean):
+        head.sensing = 1 + mean
         evaluate_sensors(head, mean)
+        head.sensing = 0
     else:
         write_readings(head, mean)
-    head.sensing = asked
 
 
 def evaluate_sensors(head, mean):
@@ -109,7 +104,7 @@ def evaluate_sensors(head, mean):
         kept[i] = applied[i]
         applied[i] += loads[i]
     if mean != 0:
-        d.time = number(head.start, 0)
+        d.time = doubles_at(head.start)[0]
         push = shifted(head.loads, 2 * n)
         for body in range(1, head.body_count):
             wrench, centre = shifted(head.loads, 6 * body), shifted(d.xipos, 3 * body)

@@ -1,13 +1,19 @@
-"""Add a contact to a model that is still a specification (`mujoco.MjSpec`).
+"""Contacts in a model that is still a specification (`mujoco.MjSpec`): the law's are added, native ones turned off.
 
-The native contacts between the two sets of geoms are disabled, all other native contacts stay. For a few pairs, each
-gets an explicit `<pair>` with a margin so negative that the engine never makes the contact. For many pairs, contype or
+`add_contact`, and entries of `load_model` that name geoms: all pairs of two sets of geoms. Each of a few pairs gets an
+explicit `<pair>` with a margin so negative that the engine never makes the contact. For many pairs, contype or
 conaffinity of the geoms is cleared where this disables nothing else: a geom without contype is still tested against
 every geom with one, and a geom without conaffinity against every geom with one, but two of the same sort are not.
-Pairs that remain native get an explicit `<pair>`.
+
+`replace_all`, for entries with "*" or a table of materials: those pairs that the model makes natively; what the law
+cannot serve keeps the engine's own contact. Both are separated by bits: a geom whose contacts are all the law's gets
+none, which also spares the engine's broad phase. Among the others, flexes included, geoms of one kind (shape, bits,
+entries) share a contype bit of their own, and their conaffinity has the bits of the kinds that they go on touching. The
+engine's parent-child filter and `<exclude>` hold for both. The plugin's configuration keeps the original bits.
 """
 
-from collections.abc import Sequence
+import warnings
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations_with_replacement, count
 from typing import Any
@@ -15,14 +21,36 @@ from typing import Any
 import mujoco
 
 from contactlaw import checks
+from contactlaw.material import Material, material_of
 from contactlaw.mujoco_plugin import config
-from contactlaw.mujoco_plugin.selection import Selector, geoms_of, give_names
-from contactlaw.mujoco_plugin.shapes import Bits, check_served, native_margin, shape_of, touch
-from contactlaw.pair import ContactPair
+from contactlaw.mujoco_plugin.config import Contact
+from contactlaw.mujoco_plugin.geoms import (
+    Bits,
+    Selector,
+    check_served,
+    first_of,
+    geoms_of,
+    give_names,
+    native_margin,
+    shape_of,
+    touch,
+    why_not_served,
+)
+from contactlaw.pair import ContactPair, ContactWarning
 from contactlaw.world.near.sets import Sets, groups
 
 Geoms = Selector | Sequence[Selector]
+Contacts = (
+    Sequence[tuple[Geoms, Geoms, ContactPair] | tuple[Geoms, Geoms, ContactPair, Mapping[str, Any]]]
+    | Mapping[str, Material | str]
+)
+Value = float | Callable[[Material, Material], float]
+EVERY = "*"
 MAX_EXPLICIT_PAIRS = 256  # sets with more pairs are separated by contype and conaffinity first
+MAX_KINDS = 30  # bits of contype, which is a C int, without those of its sign and of `NO_CONTYPE`
+NAMED = 4  # kinds of contacts that a warning names
+NO_CONTYPE = 1 << 30  # bit of conaffinity that no contype has: it keeps a geom from counting as visual
+TACTILE = getattr(mujoco.mjtSensor, "mjSENS_TACTILE", None)  # a sensor that is refused on a visual geom
 
 
 def add_contact(
@@ -32,13 +60,10 @@ def add_contact(
 ) -> str:  # fmt: skip
     """Let geoms touch by the law; then call `spec.compile()` and plain `mj_step`, at any time step.
 
-    The native contact of these pairs is disabled; that of each geom with all others stays unless `others` is False.
-    All shapes may touch each other, see docs/shapes.md (a mesh is its convex hull), except planes and height fields
-    among themselves, and signed distance fields (sdf), which are refused. Contacts that share bodies are integrated
-    together, whichever call added them.
-
-    What the plugin notices while a model runs (too deep an overlap, an edge) is reported once for each `MjData` as a
-    `ContactWarning`. A model that it cannot serve fails when its `MjData` is made, with the reason on stderr.
+    All shapes may touch each other, see docs/shapes.md, except planes and height fields among themselves, and signed
+    distance fields (sdf), which are refused. Contacts that share bodies are integrated together, whichever call added
+    them. What the plugin notices while a model runs is reported as a `ContactWarning`, once for each compiled model. A
+    model that it cannot serve fails when its `MjData` is made, with the reason on stderr.
 
     Args:
         spec: The model, before it is compiled.
@@ -47,8 +72,8 @@ def add_contact(
             name is given one.
         pair: The contact; its radius, where None, is that of the shapes.
         others: Whether these geoms may touch any other geom natively. False removes them from the engine's collision
-            detection, which is cheaper than excluding pairs; such a geom may still be added to further contacts of the
-            law. Not with a compiler that discards visual geoms, as it would discard these.
+            detection, which is cheaper than excluding pairs; they may still be added to further contacts of the law.
+            Not with a compiler that discards visual geoms, as it would discard these.
         substeps: Least number of the law's substeps in an impact that slides, however long the engine's step; its error
             falls with their square. A damped one of two bodies alone that slides slower than mu V has fewer, for the
             same error. The largest number that any contact asks for holds for all.
@@ -69,11 +94,11 @@ def add_contact(
         raise ValueError(f"spec = {spec!r}: must be a mujoco.MjSpec; contacts are added before the model is compiled")
     checks.instance("pair", pair, ContactPair)
     ones, twos = (geoms_of(spec, one, argument=name) for name, one in (("geom1", geom1), ("geom2", geom2)))
-    contact = config.Contact(ones, twos, pair, substeps, crowd_substeps, rounding, overlaps=overlaps, others=others)
+    contact = Contact(ones, twos, pair, substeps, crowd_substeps, rounding, overlaps=overlaps, others=others)
     return replace_native_contacts(spec, contact)
 
 
-def replace_native_contacts(spec: mujoco.MjSpec, contact: config.Contact) -> str:
+def replace_native_contacts(spec: mujoco.MjSpec, contact: Contact) -> str:
     """Disable the native contacts of two sets of geoms and add the law's; return the name of the plugin instance."""
     parents = {geom: geom.parent for geom in (*contact.ones, *contact.twos)}
     sets = Sets(contact.ones, contact.twos, parents.__getitem__)
@@ -97,7 +122,7 @@ def replace_native_contacts(spec: mujoco.MjSpec, contact: config.Contact) -> str
     return add_instance(spec, contact)
 
 
-def add_instance(spec: mujoco.MjSpec, contact: config.Contact) -> str:
+def add_instance(spec: mujoco.MjSpec, contact: Contact) -> str:
     """Add the plugin instance of a contact between geoms that all have names; return the name of the instance."""
     names = ([geom.name for geom in geoms] for geoms in (contact.ones, contact.twos))
     name, taken = config.instance_name(*names), {plugin.name for plugin in spec.plugins}
@@ -154,3 +179,159 @@ def _clear_bits(spec: mujoco.MjSpec, sets: Sets) -> None:
                 for geom in geoms:
                     geom.contype, geom.conaffinity = taken
                 break
+
+
+def parse_contacts(
+    spec: mujoco.MjSpec, contacts: Any, settings: Mapping[str, Any], friction: Value | None, restitution: Value
+) -> list[Contact]:
+    """Return all entries as contacts, sorted by the number of "*" in them, most first."""
+    if isinstance(contacts, str | bytes) or not isinstance(contacts, Sequence | Mapping) or not contacts:
+        raise ValueError(
+            f"contacts = {contacts!r}: must be a sequence of (geoms1, geoms2, pair), or a table of materials, not empty"
+        )
+    table = isinstance(contacts, Mapping)
+    listed = list(_of_materials(spec, contacts, friction, restitution) if table else contacts)
+    found = [_entry(spec, number, entry, settings) for number, entry in enumerate(listed)]
+    return sorted(found, key=lambda entry: sum(map(is_every, listed[entry.number][:2])), reverse=True)
+
+
+def parse_skip(spec: mujoco.MjSpec, skip: Any) -> list[Contact]:
+    """Return the contacts that keep the engine's own response: geoms, or pairs of selections of geoms."""
+    if isinstance(skip, str) or not isinstance(skip, Sequence):
+        raise ValueError(
+            f"skip = {skip!r}: must be a sequence, such as ['shin*', ('ball', 'floor')], of choices of geoms, or of "
+            "pairs (geoms1, geoms2) of them"
+        )
+    both = (what if isinstance(what, tuple) and len(what) == 2 else (what, EVERY) for what in skip)
+    return [Contact(_geoms(spec, ones, "skip"), _geoms(spec, twos, "skip"), None) for ones, twos in both]
+
+
+def _geoms(spec: mujoco.MjSpec, what: Any, argument: str) -> list[Any]:
+    return colliding(spec) if is_every(what) else geoms_of(spec, what, argument=argument)
+
+
+def _entry(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, Any]) -> Contact:
+    some = list(entry) if isinstance(entry, Sequence) else []
+    if len(some) not in (3, 4) or not (
+        isinstance(some[2], ContactPair) and isinstance(some[-1], ContactPair | Mapping)
+    ):
+        raise ValueError(
+            f"contacts[{number}] = {entry!r}: must be (geoms1, geoms2, pair), pair a contactlaw.ContactPair, and "
+            "maybe a dict of settings"
+        )
+    ones, twos = (_geoms(spec, entry[i], f"contacts[{number}], geoms{i + 1}") for i in range(2))
+    own = {**settings, **(entry[3] if len(entry) == 4 else {})}
+    unknown = set(own) - {"as_native", "others", "substeps", "crowd_substeps", "rounding", "geom_friction", "overlaps"}
+    if unknown:
+        raise TypeError(f"contacts[{number}]: there is no setting {sorted(unknown)[0]!r}")
+    own.setdefault("as_native", is_every(entry[0]) or is_every(entry[1]))
+    try:
+        return Contact(ones, twos, entry[2], number=number, **own)
+    except ValueError as error:
+        raise ValueError(f"contacts[{number}]: {error}") from None
+
+
+def _of_materials(
+    spec: mujoco.MjSpec, table: Mapping[Any, Any], friction: Value | None, restitution: Value
+) -> Iterator[tuple[Any, ...]]:
+    """Yield an entry (geoms, geoms, pair, settings) for each pair of materials in a table {geoms: material}."""
+    owner: dict[Any, Material] = {}
+    for what, material in table.items():
+        own = material_of(f"contacts[{what!r}]", material)
+        owner |= dict.fromkeys(_geoms(spec, what, f"contacts[{what!r}]"), own)
+    alike = groups(owner, owner.__getitem__)
+    for one, two in combinations_with_replacement(alike, 2):
+        mu = friction(one, two) if callable(friction) else 0.0 if friction is None else friction
+        e = restitution(one, two) if callable(restitution) else restitution
+        own = {"as_native": True, "geom_friction": friction is None}
+        yield alike[one], alike[two], ContactPair(one, two, mu, e), own
+
+
+def is_every(what: Any) -> bool:
+    """Return whether a selection of geoms is "*" alone."""
+    if isinstance(what, list | tuple) and len(what) == 1:
+        what = what[0]
+    return isinstance(what, str) and what == EVERY
+
+
+def colliding(spec: mujoco.MjSpec) -> list[Any]:
+    """Return the geoms of a model that touch something natively."""
+    named = {name for pair in spec.pairs for name in (pair.geomname1, pair.geomname2)}
+    return [geom for geom in spec.geoms if geom.contype or geom.conaffinity or (geom.name and geom.name in named)]
+
+
+def replace_all(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[Contact]) -> None:
+    """Give the law the native contacts that entries mean; of several that fit a pair of geoms, the last has it.
+
+    All geoms of the entries must have names. plain: the model before any change, compiled.
+    """
+    geoms = list(dict.fromkeys(geom for entry in entries for geom in (*entry.ones, *entry.twos)))
+    sides = [(set(entry.ones), set(entry.twos)) for entry in entries]
+    shapes = {geom: shape_of(geom) for geom in geoms}
+    belongs = {geom: tuple((geom in ones, geom in twos) for ones, twos in sides) for geom in geoms}
+    before = {item: _bits(item) for item in (*colliding(spec), *spec.flexes)}
+
+    def kind_of(item: Any) -> Hashable:
+        return (before[item], shapes[item].type, belongs[item]) if item in belongs else before[item]
+
+    def why_native(one: Any, two: Any) -> str | None:
+        """Return why the engine keeps a pair, "" if no entry of the law fits; None if it does not keep it."""
+        if one in belongs and two in belongs:
+            for entry, a, b in zip(entries[::-1], belongs[one][::-1], belongs[two][::-1], strict=True):
+                if (a[0] and b[1]) or (b[0] and a[1]):
+                    why = why_not_served(shapes[one], shapes[two])
+                    return "" if entry.pair is None else why if entry.others else None
+        return ""
+
+    kinds = groups(before, kind_of)
+    kept: dict[Any, set[Any]] = {kind: set() for kind in kinds}
+    served, unserved = set[Any](), dict[tuple[str, ...], str]()
+    for first, second in combinations_with_replacement(kinds, 2):
+        one, two = kinds[first][0], kinds[second][-1]
+        if not touch(before[one], before[two]):
+            continue
+        why = why_native(one, two)
+        if why is None:
+            served.update(kinds[first], kinds[second])
+            continue
+        kept[first].add(second)
+        kept[second].add(first)
+        if why and _can_meet(plain, kinds[first], kinds[second]):
+            types = tuple(sorted((shapes[one].type, shapes[two].type)))
+            unserved.setdefault(types, f"{shapes[one].label} on {shapes[two].label}")
+    named = {geom.name: geom for geom in geoms}
+    for pair in spec.pairs:
+        ends = [named.get(name) for name in (pair.geomname1, pair.geomname2)]
+        if None not in ends and why_native(*ends) is None:
+            pair.margin, pair.gap = native_margin(*(shapes[geom] for geom in ends))
+            served.update(ends)
+    _write_bits(spec, kinds, kept)
+    for entry in entries:
+        ones, twos = ([geom for geom in own if geom in served] for own in (entry.ones, entry.twos))
+        if entry.pair is not None and ones and twos and len({*ones, *twos}) > 1:
+            native = tuple(before[geom] for geom in dict.fromkeys((*ones, *twos)))
+            add_instance(spec, replace(entry, ones=ones, twos=twos, native=native))
+    if unserved:
+        text = f"the law does not serve {first_of([*unserved.values()], NAMED, 'kinds')}: such pairs keep"
+        warnings.warn(f"{text} the engine's own contact", ContactWarning, stacklevel=5)
+
+
+def _write_bits(spec: mujoco.MjSpec, kinds: dict[Any, list[Any]], kept: dict[Any, set[Any]]) -> None:
+    """Set contype and conaffinity so that each kind of geoms touches the kinds in kept[kind] and nothing else."""
+    rows = {kind: frozenset(partners) for kind, partners in kept.items()}
+    own = {row: 1 << number for number, row in enumerate(dict.fromkeys(row for row in rows.values() if row))}
+    if len(own) > MAX_KINDS:
+        raise ValueError(f'"*": the engine\'s own contacts that stay are of {len(own)} kinds; at most {MAX_KINDS}')
+    not_visual = spec.compiler.discardvisual or any(sensor.type == TACTILE for sensor in spec.sensors)
+    for kind, items in kinds.items():
+        contype, affinity = own.get(rows[kind], 0), sum({own[rows[partner]] for partner in rows[kind]})
+        for item in items:
+            item.contype, item.conaffinity = contype, affinity if contype or not not_visual else NO_CONTYPE
+
+
+def _can_meet(model: mujoco.MjModel, ones: Sequence[Any], twos: Sequence[Any]) -> bool:
+    """Return whether any two of these geoms move relative to each other and are not parent and child."""
+    weld, parent = model.body_weldid, model.body_parentid
+    first, second = (dict.fromkeys(int(weld[model.geom_bodyid[geom.id]]) for geom in own) for own in (ones, twos))
+    chained = {(body, int(weld[parent[body]])) for body in {*first, *second} if body and weld[parent[body]]}
+    return any(a != b and (a, b) not in chained and (b, a) not in chained for a in first for b in second)

@@ -16,27 +16,8 @@ from numba import types
 
 from contactlaw.jit import address_of, compiling, jit_module
 from contactlaw.memory import caller, doubles_at, whole_at
-from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import (
-    entry,
-    floats,
-    gather,
-    head_at,
-    jointed_at,
-    last_state,
-    number,
-    places_in,
-    scatter,
-    shifted,
-)
-from contactlaw.mujoco_plugin.joint_forces import (
-    change_of_tendons,
-    follow_tendons,
-    move_springs,
-    read_equalities,
-    read_limits,
-    read_springs,
-)
+from contactlaw.mujoco_plugin import joint_forces, layout
+from contactlaw.mujoco_plugin.block import entry, floats, gather, head_at, jointed_at, last_state, places_in, scatter
 from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.mujoco_plugin.notices import TOWED, report_once
 from contactlaw.world.bodies.motion import is_static
@@ -68,67 +49,44 @@ smooth_derivative = types.ExternalFunction("mjd_smooth_vel", types.void(types.ui
 
 
 def serve(block, stage):
-    """Take all trees through a stage of the step; return, after READ, whether none of them was read."""
-    head = head_at(block, 0)
-    if stage == MOVE:
-        move_trees(head)
-        return False
-    if stage == READ:
-        return read_trees(head)
+    """Take all trees through a stage of the step; return whether none of them was read."""
+    head, unread = head_at(block, 0), True
+    w = world_at(head.world, 0)
     for i in range(head.tree_count):
         j = jointed_at(head.trees, i)
-        t = tree_at(world_at(head.world, 0).trees, j.tree)
+        t = tree_at(w.trees, j.tree)
         if stage == FIND:
             find_tree(head, j, t)
-        elif t.passes != PASSES:  # what of it was read is of an earlier step
-            write_tree(head, j, t)
-    return False
-
-
-def move_trees(head):
-    """Move the trees that may pass to where the engine's step has taken them, and find which of them do."""
-    w, d = world_at(head.world, 0), data_at(head.data, 0)
-    for i in range(head.tree_count):
-        j = jointed_at(head.trees, i)
-        t = tree_at(w.trees, j.tree)
-        turn = greatest_step(head, d.qvel, j, t)
-        if turn > LOST:
-            t.passes = PASSES  # the engine goes on with it by itself, without contacts, and finds it unstable
-        elif turn > STABLE_TURN:
-            t.passes = DENIED
-        if t.passes != DENIED:
-            set_bodies(head, j, t, (d.qpos, d.qvel))
-            for k in range(t.count):
-                b = body_at(t.bodies, k)
-                b.turned += head.step_size * norm(load(b.spin))
-    find_passing(head.world)
-
-
-def read_trees(head):
-    """Read the trees that may touch something; return whether there are none.
-
-    All others have passed by everything, so their end of the step is the engine's own.
-    """
-    w, known = world_at(head.world, 0), False
-    for i in range(head.tree_count):
-        j = jointed_at(head.trees, i)
-        t = tree_at(w.trees, j.tree)
-        if t.passes == PASSES:
+        elif stage == MOVE:
+            move_tree(head, j, t)
+        elif t.passes == PASSES:  # it has passed by everything: its end of the step is the engine's own
             j.there = PASSES
-            continue
-        if not known:  # D by the engine, without the derivative of the bias forces
-            smooth_derivative(head.model, head.data, 0)
-            known = True
-        read_tree(head, j, t)
-    return not known
+        elif stage == READ:
+            if unread:  # D by the engine, without the derivative of the bias forces
+                smooth_derivative(head.model, head.data, 0)
+            unread = False
+            read_tree(head, j, t)
+        else:
+            write_tree(head, j, t)
+    if stage == MOVE:
+        find_passing(head.world)
+    return unread
 
 
-def greatest_step(head, velocities, j, t):
-    """Return how far [m] or [rad] the fastest axis of a tree moves in a step, at most."""
-    most = 0.0
-    for i in range(t.v_size):
-        most = max(most, abs(number(velocities, whole_at(head.places, j.v + i))))
-    return most * head.step_size
+def move_tree(head, j, t):
+    """Move a tree that may pass to where the engine's step has taken it."""
+    d, turn = data_at(head.data, 0), 0.0  # how far [m] or [rad] the fastest axis moves in the step
+    for k in range(t.v_size):
+        turn = max(turn, head.step_size * abs(doubles_at(d.qvel)[whole_at(head.places, j.v + k)]))
+    if turn > LOST:
+        t.passes = PASSES  # the engine goes on with it by itself, without contacts, and finds it unstable
+    elif turn > STABLE_TURN:
+        t.passes = DENIED
+    if t.passes != DENIED:
+        set_bodies(head, j, t, (d.qpos, d.qvel))
+        for k in range(t.count):
+            b = body_at(t.bodies, k)
+            b.turned += head.step_size * norm(load(b.spin))
 
 
 def is_as_left(head, j, t):
@@ -149,17 +107,16 @@ def find_tree(head, j, t):
         copy(floats(d.xquat, 4 * j.base, 4), t.base_turn)
         if not is_static(body_at(w.bodies, t.hangs_on)):
             report_towed(head, w, j, t)
-    placed = not is_as_left(head, j, t)
+    placed = 0 if is_as_left(head, j, t) else 1
     for i in range(t.count):
-        body_at(t.bodies, i).placed = 1 if placed else 0
-    if placed:
-        w.stale = 1
-    t.passes = DENIED if body_at(t.bodies, 0).asleep != 0 else ASKED
-    if w.stale != 0 or j.there != (SLEEPS if t.passes == DENIED else PASSES):  # stale: the motion may be forgotten
+        body_at(t.bodies, i).placed = placed
+    w.stale = max(w.stale, placed)
+    asleep = body_at(t.bodies, 0).asleep != 0
+    if w.stale != 0 or j.there != (SLEEPS if asleep else PASSES):  # stale: the motion may be forgotten
         for i in range(t.count):
             forget_motion_of(body_at(t.bodies, i))
         set_bodies(head, j, t, places_in(head, head.start))
-    j.there = SLEEPS if t.passes == DENIED else ASKED
+    t.passes, j.there = (DENIED, SLEEPS) if asleep else (ASKED, ASKED)
 
 
 def report_towed(head, w, j, t):
@@ -189,19 +146,19 @@ def read_tree(head, j, t):
     gather(head, places_in(head, last_state(head))[1], j.v, vector(t.v_f, n))
     for i in range(n):
         k, axis = whole_at(head.places, j.v + i), axis_at(t.axes, i)
-        f[i] = number(d.qfrc_smooth, k) + number(d.qfrc_bias, k)
-        f[i] = f[i] + (number(d.qfrc_constraint, k) - number(head.given, k))
+        f[i] = doubles_at(d.qfrc_smooth)[k] + doubles_at(d.qfrc_bias)[k]
+        f[i] = f[i] + (doubles_at(d.qfrc_constraint)[k] - doubles_at(head.given)[k])
         axis.side = 0.0
         clear(springs[i])
         clear(damping[i])
         entries, carrier = entry(m.D_rowadr, k) + entry(m.D_diag, k), i
         while carrier >= 0:  # the engine keeps the entries of the axes that carry this one, which have earlier rows
-            value = -number(d.qDeriv, entries)
+            value = -doubles_at(d.qDeriv)[entries]
             damping[i, carrier], damping[carrier, i] = value, value
             t.coupled = 1 if carrier != i and value != 0.0 else t.coupled
             entries, carrier = entries - 1, axis_at(t.axes, carrier).carrier
     clear(v)
-    read_equalities(head, j, t)
+    joint_forces.read_equalities(head, j, t)
     t.stale, t.span = 1, head.step_size
     asleep = body_at(t.bodies, 0).asleep != 0
     pressed, lags, tendons = is_pressed(t), head.lag > 0.0 and not asleep, m.ntendon != 0
@@ -213,14 +170,14 @@ def read_tree(head, j, t):
     if d.nl > 0:
         if not asleep:
             rest_accelerations(t, 0.0)
-        read_limits(head, j, t)
+        joint_forces.read_limits(head, j, t)
     a = rest_accelerations(t, head.step_size) if leads or follows else vector(t.a, n)
     gather(head, velocities, j.v, v)
     if tendons:
-        change = change_of_tendons(head, j, t)
+        change = joint_forces.change_of_tendons(head, j, t)
         if follows:
-            follow_tendons(head, t, change)
-    read_springs(head, j, t)
+            joint_forces.follow_tendons(head, t, change)
+    joint_forces.read_springs(head, j, t)
     for i in range(n if leads else 0):
         v[i] += head.lag * a[i]  # the velocities at the time of the coordinates
     leave_placed(t)
@@ -262,12 +219,12 @@ def write_tree(head, j, t):
         clear(v)
     scatter(head, v, j.v, d.qvel)
     if head.lag > 0.0 and not (asleep or is_pressed(t)):
-        move_springs(head, j, t)
+        joint_forces.move_springs(head, j, t)
         clear(v)
         a = rest_accelerations(t, head.step_size)
         gather(head, d.qvel, j.v, v)
         for i in range(n):
-            doubles_at(shifted(d.qvel, whole_at(head.places, j.v + i)))[0] -= head.lag * a[i]
+            doubles_at(d.qvel)[whole_at(head.places, j.v + i)] -= head.lag * a[i]
 
 
 def press(block, b, arm, force, push):
