@@ -27,11 +27,6 @@ from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.trees.mobility import clear
 
 
-def state_of(head, state, f):
-    """Return views of a free body's coordinates and velocities in a state at an address."""
-    return floats(state, 1 + f.q, 7), floats(state, 1 + head.nq + f.v, 6)
-
-
 def conjugate(q):
     """Return the conjugate of a quaternion."""
     return q[0], -q[1], -q[2], -q[3]
@@ -81,7 +76,7 @@ def stays_clear(head, f):
     so the sum of its components bounds it.
     """
     b, offset = body_at(world_at(head.world, 0).bodies, f.body), load(f.offset)
-    q, old = state_of(head, head.start, f)
+    q, old = floats(head.start, 1 + f.q, 7), floats(head.start, 1 + head.nq + f.v, 6)
     new = floats(data_at(head.data, 0).qvel, f.v, 6)
     v, centre, arm_squared = load(new), load(q), dot(offset, offset)
     change = sub(v, load(old))
@@ -107,7 +102,7 @@ def read_free(head, f, known):
     """
     w = world_at(head.world, 0)
     b = body_at(w.bodies, f.body)
-    q, v = state_of(head, head.start, f)
+    q, v = floats(head.start, 1 + f.q, 7), floats(head.start, 1 + head.nq + f.v, 6)
     own, arm = frame_of(f, q)
     push, moment = outer_force(head, f, own, arm)
     store(b.acceleration, axpy(b.inverse_mass, push, load(head.gravity)))

@@ -29,6 +29,12 @@ Array = NDArray[np.float64]
 # Contacts that plugin_state has room for, for each geom: those that last from one step to the next. Equal balls have
 # about three contacts a ball in the densest heap
 LASTING = {"sphere": 4, "ellipsoid": 4, "capsule": 4, "box": 8, "cylinder": 8, "mesh": 12}
+_EQ, _TRN, _WRAP = mujoco.mjtEq, mujoco.mjtTrn, mujoco.mjtWrap
+EQUALITIES = {_EQ.mjEQ_JOINT: "joint", _EQ.mjEQ_TENDON: "tendon", _EQ.mjEQ_CONNECT: "body", _EQ.mjEQ_WELD: "body"}
+TRANSMISSIONS = {_TRN.mjTRN_JOINT: "joint", _TRN.mjTRN_JOINTINPARENT: "joint", _TRN.mjTRN_TENDON: "tendon"}
+WRAPS = {_WRAP.mjWRAP_JOINT: "joint", _WRAP.mjWRAP_SITE: "site"}
+WRAPS |= dict.fromkeys((_WRAP.mjWRAP_SPHERE, _WRAP.mjWRAP_CYLINDER), "geom")
+"""What equality constraints, actuators and tendons act on, by MuJoCo's numbers."""
 LASTING_ON_BOXES = 24  # of a box on another: four corners of each, and at each corner four pairs of edges that cross
 
 
@@ -212,7 +218,7 @@ class Model:
         free[free] = alone[tree[free]] & (m.jnt_type[m.body_jntadr[free]] == int(mujoco.mjtJoint.mjJNT_FREE))
         dofs = m.body_dofadr[free][:, None] + np.arange(6)
         free[free] = ~((m.dof_armature[dofs] != 0.0) | (m.dof_damping[dofs] != 0.0)).any(1)
-        pulled = (sorted(self._velocities_of_tendon(tendon)) for tendon in np.flatnonzero(m.tendon_stiffness).tolist())
+        pulled = (sorted(self._velocities("tendon", one)) for one in np.flatnonzero(m.tendon_stiffness).tolist())
         for held in [*self._held, *pulled]:
             free[self._roots[m.dof_bodyid[held]]] = False
         return free
@@ -222,49 +228,34 @@ class Model:
         """The velocities of each equality constraint of bodies, joints or tendons."""
         m, out = self._m, list[list[int]]()
         for kind, objects, *ids in np.array([m.eq_type, m.eq_objtype, m.eq_obj1id, m.eq_obj2id]).T.tolist():
-            bodies, own = list[int](), list[int]()
-            for one in (number for number in ids if number >= 0):
-                if kind == mujoco.mjtEq.mjEQ_JOINT:
-                    own.append(int(m.jnt_dofadr[one]))
-                elif kind == mujoco.mjtEq.mjEQ_TENDON:
-                    own += self._velocities_of_tendon(one)
-                elif kind in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
-                    bodies.append(int(m.site_bodyid[one]) if objects == mujoco.mjtObj.mjOBJ_SITE else one)
-            out.append(sorted({*own, *self._carrying(bodies)}))
+            what = EQUALITIES.get(_EQ(kind), "")
+            what = "site" if what == "body" and objects == mujoco.mjtObj.mjOBJ_SITE else what
+            out.append(sorted({v for one in ids if one >= 0 for v in self._velocities(what, one)}))
         return out
 
     @cached_property
     def _springs(self) -> dict[tuple[int, int], list[int]]:
         """The velocities of each tendon with a spring, and of the joint or tendon of each servo; by `block.SPRING`."""
-        m, kinds = self._m, mujoco.mjtTrn
+        m = self._m
         tendons = np.flatnonzero(m.tendon_stiffness).tolist() if layout.TENDON_ROWS else []
-        out = {(tendon, -1): self._velocities_of_tendon(tendon) for tendon in tendons}
+        out = {(tendon, -1): self._velocities("tendon", tendon) for tendon in tendons}
         rows = getattr(m, "actuator_outadr", range(len(m.actuator_biastype)))
         for actuator in np.flatnonzero(m.actuator_biastype == int(mujoco.mjtBias.mjBIAS_AFFINE)).tolist():
-            kind, one = int(m.actuator_trntype[actuator]), int(m.actuator_trnid[actuator, 0])
-            if kind == kinds.mjTRN_TENDON:
-                out[int(rows[actuator]), actuator] = self._velocities_of_tendon(one)
-            elif kind in (kinds.mjTRN_JOINT, kinds.mjTRN_JOINTINPARENT):
-                out[int(rows[actuator]), actuator] = {int(m.jnt_dofadr[one])}
+            what = TRANSMISSIONS.get(_TRN(int(m.actuator_trntype[actuator])), "")
+            out[int(rows[actuator]), actuator] = self._velocities(what, int(m.actuator_trnid[actuator, 0]))
         return {spring: sorted(own) for spring, own in out.items() if own}
 
-    def _velocities_of_tendon(self, tendon: int) -> set[int]:
-        """Return the velocities that may change the length of a tendon."""
-        m, first, out, bodies = self._m, int(self._m.tendon_adr[tendon]), set[int](), list[int]()
-        owner = {mujoco.mjtWrap.mjWRAP_SITE: m.site_bodyid}
-        owner |= dict.fromkeys((mujoco.mjtWrap.mjWRAP_SPHERE, mujoco.mjtWrap.mjWRAP_CYLINDER), m.geom_bodyid)
-        for i in range(first, first + int(m.tendon_num[tendon])):
-            kind, one = mujoco.mjtWrap(int(m.wrap_type[i])), int(m.wrap_objid[i])
-            if kind == mujoco.mjtWrap.mjWRAP_JOINT:
-                out.add(int(m.jnt_dofadr[one]))
-            elif kind in owner:
-                bodies.append(int(owner[kind][one]))
-        return out | self._carrying(bodies)
-
-    def _carrying(self, bodies: list[int]) -> set[int]:
-        """Return the velocities that move any of these bodies."""
-        chain = {above for body in bodies for above in self._m.chain(body)}
-        return set(np.flatnonzero(np.isin(self._m.dof_bodyid, list(chain))).tolist())
+    def _velocities(self, what: str, one: int) -> set[int]:
+        """Return the velocities that move a "joint", "body", "site" or "geom", or may change a "tendon" in length."""
+        m = self._m
+        if what == "joint":
+            return {int(m.jnt_dofadr[one])}
+        if what == "tendon":
+            parts = slice(m.tendon_adr[one], m.tendon_adr[one] + m.tendon_num[one])
+            wraps = zip(m.wrap_type[parts].tolist(), m.wrap_objid[parts].tolist(), strict=True)
+            return {v for kind, part in wraps for v in self._velocities(WRAPS.get(_WRAP(kind), ""), part)}
+        body = one if what == "body" else int(getattr(m, f"{what}_bodyid")[one]) if what else 0
+        return set(np.flatnonzero(np.isin(m.dof_bodyid, list(m.chain(body)))).tolist())
 
     @cached_property
     def _systems(self) -> dict[int, list[int]]:

@@ -30,6 +30,7 @@ _POINTER_FIELDS = (
     "actuator_act_dot", "sdf_distance", "sdf_gradient", "sdf_staticdistance", "sdf_attribute", "sdf_aabb",
 )  # fmt: skip
 CALLED = "mjd_smooth_vel", "mj_rnePostConstraint", "mj_sensorAcc", "mj_applyFT", "mj_solveM", "mju_rayGeom"
+nsensordata = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int, ctypes.c_int)(lambda *_: NUMBERS)
 REGISTERED = "_contactlaw_registered"
 """Key in sys.modules that survives a re-import of contactlaw: what has been registered."""
 
@@ -43,12 +44,6 @@ def nstate(model: int, number: int) -> int:
         return Model(view).state_size if leads(view, number) else 0
     except BaseException:  # `init`, called next, fails in the same way and gives the reason
         return 0
-
-
-@ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int, ctypes.c_int)
-def nsensordata(model: int, number: int, sensor: int) -> int:
-    """Return the number of values of a sensor."""
-    return NUMBERS
 
 
 @ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int)

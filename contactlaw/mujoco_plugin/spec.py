@@ -74,15 +74,12 @@ def add_contact(
         others: Whether these geoms may touch any other geom natively. False removes them from the engine's collision
             detection, which is cheaper than excluding pairs; they may still be added to further contacts of the law.
             Not with a compiler that discards visual geoms, as it would discard these.
-        substeps: Least number of the law's substeps in an impact that slides, however long the engine's step; its error
-            falls with their square. A damped one of two bodies alone that slides slower than mu V has fewer, for the
-            same error. The largest number that any contact asks for holds for all.
+        substeps: Least number of the law's substeps in an impact that slides; its error falls with their square. The
+            largest number that any contact asks for holds for all. These settings in detail: docs/steps.md.
         crowd_substeps: The same for damped impacts where more than four contacts of an island are closed.
-        rounding: Radius [m] of the edges of boxes and cylinders among the geoms, and so of their contacts with flat
-            shapes; None: a tenth of the smallest half length of each.
-        overlaps: "relax": shapes found overlapping by more than a tenth of R, where a model begins or where the user
-            puts bodies, count as just touching until they overlap less. "keep": they are pressed together, and the
-            stored elastic energy pushes them apart.
+        rounding: Radius [m] of the edges of boxes and cylinders; None: a tenth of the smallest half length of each.
+        overlaps: "relax": shapes found deep in each other count as just touching until they overlap less. "keep": they
+            are pressed together, and the stored elastic energy pushes them apart. How deep: docs/models.md.
 
     Returns:
         The name of the plugin instance, for `contacts_of` and `ledger_of`.
