@@ -28,7 +28,8 @@ _GEOM, _BODY, _TREE = (int(getattr(mujoco.mjtObj, f"mjOBJ_{name}")) for name in 
 _ADHESION = int(mujoco.mjtTrn.mjTRN_BODY)
 _SENSORS = [int(getattr(mujoco.mjtSensor, f"mjSENS_{name}", -1)) for name in ("CONTACT", "TACTILE")]
 _GRID = "mujoco.sensor.touch_grid"  # a plugin of MuJoCo's own
-NATIVE, OURS = "the engine's own contacts, and not", "those of the law"
+ACTS = "acts by the engine's own contacts, and not by those of the law"
+READS = "measures the engine's own contacts, and not those of the law; use contacts_of, or a sensor contactlaw.contact"
 
 
 def configured(view: layout.ModelView, number: int) -> Iterator[tuple[str, str]]:
@@ -62,16 +63,15 @@ def unserved_readers(view: layout.ModelView) -> Iterator[str]:
     for name in ("adhesion", "surfacevel"):
         values = getattr(view, f"geom_{name}", bare).reshape(view.ngeom, -1)
         for geom in np.flatnonzero(values.any(1)).tolist():
-            found.append((f"geom {view.label('geom', geom)}: {name} acts by {NATIVE} by {OURS}", [(_GEOM, geom)]))
+            found.append((f"geom {view.label('geom', geom)}: {name} {ACTS}", [(_GEOM, geom)]))
     for k in np.flatnonzero(view.actuator_trntype == _ADHESION).tolist():
         body = int(view.actuator_trnid[k, 0])
         what = f"actuator {view.label('actuator', k)}: adhesion of body {view.label('body', body)}"
-        found.append((f"{what} acts by {NATIVE} by {OURS}", [(_BODY, body)]))
+        found.append((f"{what} {ACTS}", [(_BODY, body)]))
     grids = (view.sensor_plugin >= 0) & (view.plugin[view.sensor_plugin] == layout.plugin_of(_GRID)[1])
     for k in np.flatnonzero(np.isin(view.sensor_type, _SENSORS) | grids).tolist():
-        text = f"measures {NATIVE} {OURS}; use contacts_of, or a sensor contactlaw.contact"
         ends = np.array([view.sensor_objtype, view.sensor_objid, view.sensor_reftype, view.sensor_refid])[:, k]
-        found.append((f"sensor {view.label('sensor', k)}: {text}", ends.reshape(2, 2).tolist()))
+        found.append((f"sensor {view.label('sensor', k)}: {READS}", ends.reshape(2, 2).tolist()))
     if not found:
         return
     geoms = {geom for number in contact_instances(view) for geom in ContactInstance(view, number).geoms}
