@@ -23,12 +23,8 @@ def assess(
 ) -> Calibration:
     """Fit a checked table and assess which parameters it determines.
 
-    Args:
-        impacts: n impacts.
-        restitution: e if V_z2 was not measured, else None.
-        kappa: Start value, or with `hold` the known value; None: `USUAL_KAPPA`.
-        hold: Whether kappa is known.
-        asked: Name of the law of restitution over speed; None: the most likely, if that is clear.
+    restitution: e if V_z2 was not measured. kappa: start value, or with `hold` the known one; None: `USUAL_KAPPA`.
+    asked: name of the law of restitution over speed; None: the most likely, if that is clear.
     """
     bounce, law = _restitution(impacts, asked) if restitution is None else (Estimate("given", restitution), None)
     start = kappa or USUAL_KAPPA

@@ -36,12 +36,9 @@ def sliding_from(kappa: Array, mass_ratio: float, restitution: float) -> Array:
 
 
 class Curve:
-    """psi_2 by splines through whole impacts, with an rms error of 1e-4 (4e-3 at the kink at psi_1 = 1).
+    """psi_2 by splines through whole impacts at e and m_N/m_T, for kappa from low to high.
 
-    Args:
-        restitution: e.
-        mass_ratio: m_N/m_T.
-        low, high: Range of kappa.
+    Their rms error is 1e-4 (4e-3 at the kink at psi_1 = 1).
     """
 
     def __init__(self, restitution: float, mass_ratio: float, low: float, high: float) -> None:
@@ -131,14 +128,9 @@ class Problem:
         return [self.grid[cell] for cell in (given, *sorted(cells, key=lambda cell: self.map[cell])[:STARTS])]
 
     def solve(self, start: Array, scale: float | None = None) -> tuple[Array, int]:
-        """Least squares from one start.
+        """Return the place of the least squares from one start, and the number of parameters that residuals feel there.
 
-        Args:
-            start: Place, shape (2,).
-            scale: Residuals beyond 1.345 times this have a linear cost (Huber); None: all have a quadratic one.
-
-        Returns:
-            The place of the minimum, and the number of parameters on which the residuals depend there.
+        scale: residuals beyond 1.345 times this have a linear cost (Huber); None: all have a quadratic one.
         """
         held, edges = start[self.fitted :], self.grid[[0, -1], [0, -1], : self.fitted]
         terms, loss = (self.terms, "linear") if scale is None else (self.scaled, "huber")
@@ -288,14 +280,8 @@ def evaluate(whole: Problem) -> Evidence:
 def _end(problem: Problem, most: float, place: Array, axis: int, side: int) -> float:
     """End of the range of one parameter: where its profile, followed from a place to one side, reaches the cost `most`.
 
-    Args:
-        problem: The impacts.
-        most: Greatest cost allowed.
-        place: An allowed place, shape (2,).
-        axis, side: Along ln mu (0) or ln kappa (1), down (-1) or up (1).
-
-    Returns:
-        ln mu or ln kappa; -inf or inf where the map ends first.
+    axis, side: along ln mu (0) or ln kappa (1), down (-1) or up (1). Returns that logarithm; -inf or inf where the map
+    ends first.
     """
     first, last, other = problem.grid[0, 0], problem.grid[-1, -1], 1 - axis
     across = np.eye(2)[other]

@@ -9,8 +9,7 @@ import numpy as np
 import pybullet as p
 
 from contactlaw.pybullet_callback import rows
-from contactlaw.pybullet_callback.apply import finish_step
-from contactlaw.pybullet_callback.read import begin_step, find_pressed, has_flown, rewind, select_pushed
+from contactlaw.pybullet_callback.hooks import begin_step, find_pressed, finish_step, has_flown, rewind, select_pushed
 from contactlaw.pybullet_callback.shapes import BASE, Key, Measured, engine_parameters, name_of
 from contactlaw.pybullet_callback.stepping import STEP_BULLET
 from contactlaw.pybullet_callback.trees import Tree
@@ -39,10 +38,8 @@ class Bodies:
     only poses after each step are read, see `_fly`.
 
     Args:
-        client: Physics client id.
-        world: With all bodies and shapes.
-        keys: Body and link of each of its bodies.
-        trees: Those with joints.
+        client, world: Physics client id, and the world with all bodies and shapes.
+        keys, trees: Body and link of each of its bodies, and those with joints.
         measured: Pairs whose distance PyBullet must measure.
         moves: Whether bodies that nothing can push are read at every step.
         check: Raises an error if a body is no longer the one that was added.
@@ -93,9 +90,8 @@ class Bodies:
         """Set the addresses of the world's arrays in the head."""
         self._world._arrays = self.arrays = arrays.bound()
         self._state, head = arrays.world, self._head
-        head["world"], head["rows"], head["selected"] = (
-            a.ctypes.data for a in (self._state, self.rows, self._selected)
-        )
+        for name, array in (("world", self._state), ("rows", self.rows), ("selected", self._selected)):
+            head[name] = array.ctypes.data
         head["count"] = len(self.keys)
         for one in self.trees:
             one.bind(self.arrays)
@@ -132,7 +128,7 @@ class Bodies:
         return any(one.inertias() != one.known for one in self.trees)
 
     def take_step(self) -> int:
-        """Step PyBullet, then the world with the accelerations of that step; return as `apply.write_bodies`."""
+        """Step PyBullet, then the world with the accelerations of that step; return as `hooks.write_bodies`."""
         if not (self._simple and self._parameters):
             self._read_parameters()
         sleep = self._sleep and not self._read()
@@ -166,7 +162,7 @@ class Bodies:
     def _begin_step(self) -> int:
         """Read all bodies and set those of the world; return how many are to be pushed, or PASSED."""
         for one in self.trees:
-            one.start = one.read()
+            one.read(one.start)
         self._read()
         return self._set_bodies()
 
@@ -226,7 +222,7 @@ class Bodies:
         self._stood = [pose for pose, _ in self._last[len(self._heavy) : len(self._readers)]]
 
     def _finish_step(self) -> int:
-        """Take the step of the world; return as `apply.write_bodies`."""
+        """Take the step of the world; return as `hooks.write_bodies`."""
         while (done := finish_step(self._head_at)) < 0:
             if done == rows.NOT_FINITE:
                 self._refuse()

@@ -1,4 +1,9 @@
-"""The contacts of a callback: one handle for a pair of bodies or two sets, and which pairs of them may touch."""
+"""The contacts of a callback: one handle for a pair of bodies or two sets, and which pairs of them may touch.
+
+Bullet's own response is off for just these pairs, by a rule for each, or, for sets of thousands, by collision groups,
+which cost one call a body: bodies that are members of the same sets form a class, each class has a group, and its mask
+leaves out the classes that its contacts hold.
+"""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -14,6 +19,9 @@ from contactlaw.world.data.records import CLOSED
 from contactlaw.world.near.sets import Sets
 
 Array = NDArray[np.float64]
+HIGHEST, MOST = 30, 25  # bit of the first group, and number of groups above the six lowest bits, which Bullet names
+DEFAULT, STATIC, ALL = 1, 2, -1  # Bullet's groups of bodies that move and of others; all groups
+Class = tuple[bool, frozenset[tuple[int, int]]]  # whether it cannot move; numbers of contacts and of their sets
 
 
 @dataclass
@@ -65,7 +73,7 @@ class Contact:
     sets: Sets  # which of them may touch, by body and link
     fixed: set[int]  # bodies that cannot move
     rounding: float | None = None  # radius of edges [m]; None: see `world.shapes.description.ROUNDING`
-    groups: bool = False  # collision groups turn off Bullet's response (`groups`), rather than a rule for each pair
+    groups: bool = False  # collision groups turn off Bullet's response, rather than a rule for each pair
     # bodies whose pairs have a rule; rules go before groups, and can be changed but not removed
     ruled: set[int] = field(default_factory=set)
     told: set[tuple[Key, Key, str]] = field(default_factory=set)  # pairs that have been warned of, and the text
@@ -94,13 +102,8 @@ def sets_of(
 ) -> tuple[Sets, set[int]]:
     """Return which pairs of two sets may touch, and the set of bodies that cannot move, of which no two may.
 
-    Each of A may touch each of B, each pair once, but no link its parent. The sets follow changes of that set.
-
-    Args:
-        client: Physics client id.
-        a, b: Both sets.
-        pair: The contact, for its radius.
-        others: The other contacts of this client, with a name for messages.
+    Each of A may touch each of B, each pair once, but no link its parent. The sets follow changes of that set. others:
+    the other contacts of this client, with a name for messages.
 
     Raises:
         ValueError: A pair that another contact has; no pair at all; shapes that the law cannot serve or without a
@@ -136,3 +139,40 @@ def sets_of(
 
 def _fixed(client: int, bodies: set[int]) -> set[int]:
     return {body for body in bodies if not can_move(client, body)}
+
+
+def classes_of(contacts: list[Contact]) -> dict[Key, Class]:
+    """Return the class of each member of contacts, by body and link."""
+    fixed = set[int]().union(*(one.fixed for one in contacts))
+    member: dict[Key, set[tuple[int, int]]] = {}
+    for number, contact in enumerate(contacts):
+        for side, keys in enumerate((contact.sets.ones, contact.sets.twos)):
+            for key in keys:
+                member.setdefault(key, set()).add((number, side))
+    return {key: (key[0] in fixed, frozenset(where)) for key, where in member.items()}
+
+
+def set_groups(client: int, contacts: list[Contact], left: Iterable[Key] = ()) -> None:
+    """Set groups and masks of all members of contacts, and Bullet's own ones of those that have `left`.
+
+    Raises:
+        ValueError: There are more classes than groups; nothing has been changed.
+    """
+    classes = classes_of(contacts)
+    if len(set(classes.values())) > MOST:
+        raise ValueError(
+            f"groups: bodies of the contacts with groups are members of {len(set(classes.values()))} different "
+            f"combinations of sets, and PyBullet has {MOST} groups to spare; pass groups=False for small sets"
+        )
+    bits = {one: 1 << (HIGHEST - i) for i, one in enumerate(dict.fromkeys(classes.values()))}
+    masks = {one: ~sum(bit for two, bit in bits.items() if _apart(one, two)) for one in bits}
+    for key in left:
+        fixed = p.getDynamicsInfo(*key, client)[0] == 0.0
+        p.setCollisionFilterGroupMask(*key, *((STATIC, ~STATIC) if fixed else (DEFAULT, ALL)), client)
+    for key, one in classes.items():
+        p.setCollisionFilterGroupMask(*key, bits[one], masks[one] & (~STATIC if one[0] else ALL), client)
+
+
+def _apart(one: Class, two: Class) -> bool:
+    """Return whether Bullet's own response is off between two classes: a contact holds them, or neither can move."""
+    return (one[0] and two[0]) or any((number, 1 - side) in two[1] for number, side in one[1])

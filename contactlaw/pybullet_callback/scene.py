@@ -35,17 +35,9 @@ class Saved(NamedTuple):
 
 
 class Scene:
-    """The world of the contacts of a callback.
+    """The world of the contacts of a callback, by handle, and its `bodies` in PyBullet; moves, check: see `Bodies`.
 
-    Args:
-        client: Physics client id.
-        contacts: By handle.
-        old: The scene before a change of the contacts; the state of contacts and bodies that remain is taken over.
-        moves, check: See `Bodies`.
-        crowd_substeps: See `World`.
-
-    Attributes:
-        bodies: Its bodies in PyBullet.
+    Of the scene before a change of the contacts, `old`, it takes over the state of contacts and bodies that remain.
     """
 
     def __init__(
@@ -126,10 +118,6 @@ class Scene:
             added = True
             measured.append(Measured(one, other, self._row[one.key], row, ends, planes))
 
-    def _contact(self, pair: int) -> Contact:
-        """Return the contact of a pair of materials in the world."""
-        return self._contacts[self._handles[pair]]
-
     def contacts(self, handle: int | None = None) -> Iterator[tuple[int, Any]]:
         """Yield slots and records of contacts that are closed or parted in the last step, of one handle or all."""
         records = self.bodies.arrays.contacts
@@ -140,7 +128,7 @@ class Scene:
     def sides_of(self, record: Any) -> tuple[Contact, Side, Side, float]:
         """Return the user's contact of a contact of the world, its sides a and b, and -1.0 if b is the world's A."""
         one, two = (self._side_of[int(record[name])] for name in ("shape_a", "shape_b"))
-        contact, sign = self._contact(record["pair"]), 1.0
+        contact, sign = self._contacts[self._handles[record["pair"]]], 1.0
         if contact.sets.reversed(one, two):
             one, two, sign = two, one, -1.0
         return contact, contact.sides[one], contact.sides[two], sign
@@ -176,11 +164,7 @@ class Scene:
         return Saved(tuple(self.shapes), self._handles, arrays, bodies.rows.copy(), jointed)
 
     def restore(self, saved: Saved) -> None:
-        """Set the state to a saved one.
-
-        Raises:
-            ValueError: It is not of these contacts.
-        """
+        """Set the state to a saved one; ValueError if it is not of these contacts."""
         if not isinstance(saved, Saved) or (saved.shapes, saved.handles) != (tuple(self.shapes), self._handles):
             raise ValueError("saved: is not what `save` gave, or contacts have been added or removed since")
         bodies = self.bodies

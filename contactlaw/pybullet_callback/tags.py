@@ -16,12 +16,12 @@ class Tags:
     Attributes:
         bodies: Id of the entry by body.
         text: Content of the entries.
-        first: Reads the entry of the first body: another content after resetSimulation; cheap enough for each step.
+        first: Reads the entry of the first body, after `check`: another content after resetSimulation; cheap enough for
+            each step.
     """
 
     def __init__(self, client: int) -> None:
-        self._client = client
-        self._name = f"contactlaw {next(_NAMES)}"
+        self._client, self._name = client, f"contactlaw {next(_NAMES)}"
         self.text = self._name.encode()
         self.bodies: dict[int, int] = {}
 
@@ -29,14 +29,12 @@ class Tags:
         """Tag bodies."""
         for body in set(bodies) - self.bodies.keys():
             self.bodies[body] = p.addUserData(body, self._name, self._name, physicsClientId=self._client)
-        self._find_first()
 
     def remove(self, body: int) -> None:
         """Remove the tag of a body, which may have been removed itself."""
         if self.is_there(body):
             p.removeUserData(self.bodies[body], self._client)
         self.bodies.pop(body, None)
-        self._find_first()
 
     def is_there(self, body: int) -> bool:
         """Return whether a body is still the one that was tagged."""
@@ -51,17 +49,11 @@ class Tags:
         """Return whether `note_rules` has noted a body."""
         return p.getUserDataId(body, RULES, physicsClientId=self._client) >= 0
 
-    def _find_first(self) -> None:
-        self.first = partial(p.getUserData, next(iter(self.bodies.values()), -1), self._client)
-
     def check(self) -> None:
-        """Check that all bodies are there.
-
-        Raises:
-            ValueError: One is not.
-        """
+        """Check that all bodies are there, and set `first`; ValueError if one is not."""
         for body in (body for body in sorted(self.bodies) if not self.is_there(body)):
             raise ValueError(
                 f"body {body}: removed, or no longer the one that a contact was added for (resetSimulation removes "
                 "all); call remove_contact before removing a body, or remove_all, and add what there is"
             )
+        self.first = partial(p.getUserData, next(iter(self.bodies.values()), -1), self._client)

@@ -24,16 +24,7 @@ from typing import Any
 import numpy as np
 import pybullet as p
 
-from contactlaw.pybullet_callback.jointed import (
-    KEPT,
-    NUMBERS,
-    OWN,
-    find_end,
-    set_at_start,
-    spread_push,
-    take_response,
-    take_start,
-)
+from contactlaw.pybullet_callback import jointed
 from contactlaw.pybullet_callback.shapes import BASE, KINDS, Key, joints_of, pose_of
 from contactlaw.world import World
 from contactlaw.world.data.frames import CONJUGATE, IDENTITY, UNTURNED, Pose
@@ -101,16 +92,16 @@ class Tree:
         self._joint_links, self._kinds = self.heads[self.free :], self.joints[4 * self.free :]
         motors = sum(kind != BALL for kind, _, _ in self._kinds)
         sizes = {"q": self.q_size, "v": self.v_size, "m": motors, "n": self.rows.links.size, "3": 3}
-        own = {name: np.zeros([sizes[one] for one in shape]) for name, shape in NUMBERS.items()}
-        self._own: Any = np.zeros(1, OWN)
+        own = {name: np.zeros([sizes[one] for one in shape]) for name, shape in jointed.NUMBERS.items()}
+        self._own: Any = np.zeros(1, jointed.OWN)
         for name, values in own.items():
             self._own[name] = values.ctypes.data
         self._block = self._own.ctypes.data
-        self._kept, self._numbers = {name: own[name] for name in KEPT}, own
+        self._kept, self._numbers = {name: own[name] for name in jointed.KEPT}, own
         self.left, self.force, self.push, _, limit, _ = self._kept.values()
         self.left[:], limit[:] = np.nan, np.inf
         self.free_acceleration, self.matrix = own["free_acceleration"], own["matrix"]
-        self.start = self.left, np.zeros(self.v_size)  # coordinates and velocities at the start of the step
+        self.start = own["start_q"], own["start_v"]  # coordinates and velocities at the start of the step
         self.placed = self.pressed = False
         before = self.rows.links["parent"].tolist()
         owners = np.repeat(np.arange(len(before)), self.rows.links["axes"]).tolist()
@@ -142,8 +133,8 @@ class Tree:
         i = self.links.index(link)
         return int(self.rows.row[i]), Pose(self.rows.at[i], self.rows.quaternion[i])
 
-    def read(self) -> tuple[Array, Array]:
-        """Return coordinates and velocities as PyBullet has them; read `torque` of the motors of hinges and slides."""
+    def read(self, out: tuple[Array, Array]) -> tuple[Array, Array]:
+        """Read coordinates and velocities from PyBullet, and `torque` of the motors of hinges and slides."""
         q: list[float] = []
         v: list[float] = []
         if self.free:
@@ -162,7 +153,8 @@ class Tree:
             self._numbers["torque"][:] = torques
         if not isfinite(sum(q) + sum(v)):
             raise ValueError(f"body {self.body}: its joints' positions or velocities are not finite")
-        return np.array(q), np.array(v)
+        out[0][:], out[1][:] = q, v
+        return out
 
     def write(self, q: Array, v: Array) -> None:
         """Set coordinates and velocities in PyBullet."""
@@ -188,8 +180,7 @@ class Tree:
 
     def begin_step(self, gravity: Array) -> None:
         """Take the state at the start of a step, and see whether the user has moved it since the last one."""
-        self._numbers["start_q"][:], self._numbers["start_v"][:] = self.start
-        self.placed = take_start(self._block)
+        self.placed = jointed.take_start(self._block)
         self.pressed = self.pressed and not self.placed
         self._tree["gravity"] = gravity
         if not self.free:
@@ -198,23 +189,22 @@ class Tree:
 
     def set_tree(self, dt: float) -> None:
         """Set the world's tree at the start of the step, with `force` and the velocity at the time of the position."""
-        set_at_start(self._block, 0.0 if self.pressed else 0.5 * dt)
+        jointed.set_at_start(self._block, 0.0 if self.pressed else 0.5 * dt)
 
     def read_forces(self, dt: float) -> None:
         """After Bullet's step: find the forces on the joints within it."""
-        q, v = self.read()
+        _, v = self.read((self._numbers["after_q"], self._numbers["after_v"]))
         if (turn := dt * np.abs(v).max()) > MOST_TURN:
             raise ValueError(
                 f"body {self.body}: PyBullet's step has brought it to {turn:.3g} rad or m a step; its joints may have "
                 "more damping than Bullet is stable with (changeDynamics: jointDamping)"
             )
-        self._numbers["after_q"][:], self._numbers["after_v"][:] = q, v
-        take_response(self._block, dt, 0.0 if self.pressed else 0.5 * dt)
+        jointed.take_response(self._block, dt, 0.0 if self.pressed else 0.5 * dt)
 
     def write_back(self, dt: float, pressed: bool) -> None:
         """Write the tree to PyBullet after the world's step, if a contact has touched it, or see `near.following`."""
         self.pressed = pressed
-        if find_end(self._block, self._world_block, dt, pressed):
+        if jointed.find_end(self._block, self._world_block, dt, pressed):
             self.write(self._numbers["new_q"], self._numbers["new_v"])
 
     def apply_push(self) -> None:
@@ -224,7 +214,7 @@ class Tree:
         """
         if not self.pressed:
             self.push[:] = 0.0
-        if not spread_push(self._block):
+        if not jointed.spread_push(self._block):
             return
         forces, centres = self._numbers["forces"].tolist(), self._centres.tolist()
         for k, owner, parent in self._translations:
