@@ -23,6 +23,7 @@ RESOLUTION = [(16, 128), (16, 160), (32, 256), (64, 360), (64, 512), (128, 720),
 RADIUS_AT = (PAIR.names or ()).index("radius")
 MOST_STEPS = 1_000_000  # an impact; the error, 1/steps^2, is rounding by then
 STABLE_STEPS = 4.5  # steps an impact over sqrt(chi): twice those at which the leapfrog of a stuck contact is unstable
+ROUNDING = 1e-15  # rounding error of coordinates, relative to the largest
 SCALED = 0.75, 0.75, 1.0, 1.0  # E*, G*, R and mu of a pair with P = delta^1.5 and kappa = mu = 1
 
 
@@ -153,7 +154,7 @@ def force_along_path(pair: ContactPair, approach: ArrayLike, displacement: Array
     p = pair.parameters()
     warn_of_depth(float(overlap.max()), float(p[RADIUS_AT]))
     normal = np.empty(overlap.size)
-    x, y = (1.0, 0.0) if line else single.direction(motion)
+    x, y = (1.0, 0.0) if line else _direction(motion)
     if law.on_line is not None and pair.friction > 0.0 and (x != 0.0 or y != 0.0):
         pull = np.empty(overlap.size)
         law.on_line.force_along_path(p, overlap, motion if line else (motion - motion[0]) @ (x, y), normal, pull)
@@ -162,3 +163,14 @@ def force_along_path(pair: ContactPair, approach: ArrayLike, displacement: Array
     tangential = np.empty((overlap.size, 2))
     single.force_along_path(p, overlap, plane, *law.with_nodes(None).new_contact(), normal, tangential)
     return normal, tangential[:, 0].copy() if line else tangential
+
+
+def _direction(displacement: Array) -> tuple[float, float]:
+    """Direction of the straight line on which a path (n, 2) runs, up to rounding; (0, 0) if it is not straight."""
+    moves = displacement - displacement[0]
+    squares = moves[:, 0] * moves[:, 0] + moves[:, 1] * moves[:, 1]
+    if not squares.any():
+        return 1.0, 0.0
+    x, y = moves[np.argmax(squares)] / np.sqrt(squares.max())
+    off = np.abs(moves[:, 0] * y - moves[:, 1] * x).max()
+    return (x, y) if off <= ROUNDING * np.abs(displacement).max() else (0.0, 0.0)

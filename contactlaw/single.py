@@ -16,7 +16,6 @@ from contactlaw.laws.step import ask, prescribe
 
 SUBSTEPS = 256  # per change by the greatest overlap, or by the displacement at which the whole contact slips
 MOST_SUBSTEPS = 4096  # per segment of the path
-ROUNDING = 1e-15  # rounding error of coordinates, relative to the largest
 
 
 class Scale(NamedTuple):
@@ -68,25 +67,6 @@ def force_along_path(p, approach, displacement, header, memory, normal_out, tang
             ask(contact, pair, law, memory, step_u / count, step_v / count, 0.0)
         now, u, v = approach[j], displacement[j, 0], displacement[j, 1]
         normal_out[j], tangential_out[j, 0], tangential_out[j, 1] = contact.force, contact.f, contact.g
-
-
-def direction(displacement):
-    """Direction of the straight line on which a path (n, 2) runs, up to rounding; (0, 0) if it is not straight."""
-    size, far = 0.0, 0
-    for j in range(displacement.shape[0]):
-        u, v = displacement[j, 0] - displacement[0, 0], displacement[j, 1] - displacement[0, 1]
-        if u * u + v * v > size:
-            size, far = u * u + v * v, j
-    if size == 0.0:
-        return 1.0, 0.0
-    length = sqrt(size)
-    x, y = (displacement[far, 0] - displacement[0, 0]) / length, (displacement[far, 1] - displacement[0, 1]) / length
-    slack = ROUNDING * np.max(np.abs(displacement))
-    for j in range(displacement.shape[0]):
-        u, v = displacement[j, 0] - displacement[0, 0], displacement[j, 1] - displacement[0, 1]
-        if abs(u * y - v * x) > slack:
-            return 0.0, 0.0
-    return x, y
 
 
 def impact_by_steps(p, header, memory, motion: Motion, scale: Scale, deepest, speed, track_out):
