@@ -228,9 +228,8 @@ class ContactCallback:
         if flags & LISTED and scene.bodies.near_masses_changed():
             self.look()
         if flags & NOTED:
-            for _, record in scene.contacts():
-                for two, text in scene.new_warnings(record):
-                    warnings.warn(f"{two}: {text}", ContactWarning, stacklevel=2)
+            for text in scene.new_warnings():
+                warnings.warn(text, ContactWarning, stacklevel=2)
 
     def stepping(self) -> AbstractContextManager[None]:
         """Let each `pybullet.stepSimulation` of this client be `step`, for environments that step PyBullet themselves.

@@ -30,18 +30,16 @@ Class = tuple[bool, frozenset[tuple[int, int]]]  # whether it cannot move; numbe
 
 @dataclass
 class ContactState:
-    """A contact at the end of the step, and its impulse within the step.
+    """A contact at the end of the step, and its impulse within the step; sums where shapes touch at several places.
 
     Attributes:
         a, b: Body and link of both sides.
         touching: Whether the bodies touched at any time within the step.
-        overlap: [m].
+        overlap: The deepest [m].
         normal_force: [N], >= 0.
         tangential_force: On A, world frame [N], shape (3,).
         impulse: On A over the step, world frame [N s], shape (3,).
         force: Mean over the step, impulse over time step [N], shape (3,).
-        history: A copy of the law's memory; where a capsule touches at two places, of the deeper one, and forces are
-            sums.
     """
 
     a: Key
@@ -52,19 +50,17 @@ class ContactState:
     tangential_force: Array = field(default_factory=lambda: np.zeros(3))
     impulse: Array = field(default_factory=lambda: np.zeros(3))
     force: Array = field(default_factory=lambda: np.zeros(3))
-    history: Array = field(default_factory=lambda: np.zeros(0))
 
-    def add(self, c: Any, impulse: Array, memory: Array, sign: float, dt: float) -> None:
+    def add(self, c: Any, impulse: Array, sign: float, dt: float) -> None:
         """Add a contact of the world with its impulse in the step dt [s]; sign: -1.0 if its A is this contact's b."""
-        own = c["touch"]["force"] if c["phase"] == CLOSED else 0.0
-        overlap = max(float(c["touch"]["overlap"]), 0.0) if c["phase"] == CLOSED else 0.0
         self.touching = True
         self.impulse += sign * impulse
+        self.force = self.impulse / dt if dt > 0.0 else self.force
+        own = c["touch"]["force"] if c["phase"] == CLOSED else 0.0
         self.tangential_force += sign * (c["force"] - own * c["normal"])
         self.normal_force += float(own)
-        self.force = self.impulse / dt if dt > 0.0 else self.force
-        if overlap >= self.overlap:
-            self.overlap, self.history = overlap, memory.copy()
+        if c["phase"] == CLOSED:
+            self.overlap = max(self.overlap, float(c["touch"]["overlap"]))
 
 
 @dataclass(eq=False)

@@ -118,12 +118,12 @@ class Scene:
             added = True
             measured.append(Measured(one, other, self._row[one.key], row, ends, planes))
 
-    def contacts(self, handle: int | None = None) -> Iterator[tuple[int, Any]]:
-        """Yield slots and records of contacts that are closed or parted in the last step, of one handle or all."""
+    def _contacts_of(self, handle: int | None) -> Iterator[Any]:
+        """Yield records of contacts that are closed or parted in the last step, of one handle or (None) all."""
         records = self.bodies.arrays.contacts
-        for slot in np.flatnonzero(records["phase"] != FREE).tolist():
-            if handle is None or records["pair"][slot] == self._handles.index(handle):
-                yield slot, records[slot]
+        for record in records[records["phase"] != FREE]:
+            if handle is None or record["pair"] == self._handles.index(handle):
+                yield record
 
     def sides_of(self, record: Any) -> tuple[Contact, Side, Side, float]:
         """Return the user's contact of a contact of the world, its sides a and b, and -1.0 if b is the world's A."""
@@ -133,22 +133,22 @@ class Scene:
             one, two, sign = two, one, -1.0
         return contact, contact.sides[one], contact.sides[two], sign
 
-    def new_warnings(self, record: Any) -> Iterator[tuple[str, str]]:
-        """Yield warnings about a contact that have not been given for its two sides: the sides, and the text."""
-        contact, one, two, _ = self.sides_of(record)
-        for bit, text in DOUBTFUL.items():
-            if int(record["noted"]) & bit and (one.key, two.key, text) not in contact.told:
-                contact.told.add((one.key, two.key, text))
-                yield f"{one} and {two}", text.format(doubt_value(record, bit))
+    def new_warnings(self) -> Iterator[str]:
+        """Yield warnings about contacts that have not been given for their two sides."""
+        for record in self._contacts_of(None):
+            contact, one, two, _ = self.sides_of(record)
+            for bit, text in DOUBTFUL.items():
+                if int(record["noted"]) & bit and (one.key, two.key, text) not in contact.told:
+                    contact.told.add((one.key, two.key, text))
+                    yield f"{one} and {two}: {text.format(doubt_value(record, bit))}"
 
     def states(self, handle: int | None, *these: tuple[Key, Key]) -> list[ContactState]:
         """Return the contacts of a handle, None: of all, that touched in the last step, and those of `these` anyway."""
         out, arrays = {both: ContactState(*both) for both in these}, self.bodies.arrays
-        for slot, record in self.contacts(handle):
+        for record in self._contacts_of(handle):
             _, one, two, sign = self.sides_of(record)
             state = out.setdefault((one.key, two.key), ContactState(one.key, two.key))
-            impulse = mean_impulses(arrays.bodies, record, self.bodies.dt)
-            state.add(record, impulse, arrays.memory[slot], sign, self.bodies.dt)
+            state.add(record, mean_impulses(arrays.bodies, record, self.bodies.dt), sign, self.bodies.dt)
         return list(out.values())
 
     def ledger(self, handle: int) -> Ledger:
