@@ -64,7 +64,7 @@ class Bodies:
         self._head_at = self._head.ctypes.data
         self.rows["left"]["position"] = np.nan
         self.outdated = False
-        self._pushed = 0  # number of bodies that the last step has pushed
+        self._pushes = list[Callable[[], Any]]()  # calls of the last push
         self.dt, self._parameters = 0.0, ()
         for one in trees:
             self.rows["in_tree"][one.members] = 1
@@ -132,10 +132,11 @@ class Bodies:
         if not (self._simple and self._parameters):
             self._read_parameters()
         sleep = self._sleep and not self._read()
-        pushed = rows.PASSED if self._flies else max(self._pushed, 0) if sleep else self._begin_step()
-        self._pushed = pushed
-        if pushed > 0:
-            self._push(pushed)
+        pushed = rows.PASSED if self._flies else 0 if sleep else self._begin_step()
+        if not sleep:
+            self._pushes = self._calls_to_push(pushed) if pushed > 0 else []
+        for apply in self._pushes:  # if all bodies sleep, the last push again
+            apply()
         for one in self.trees:
             one.apply_push()
         STEP_BULLET(self._client)
@@ -274,14 +275,17 @@ class Bodies:
             x, q = pose()
             write(*x, *q)
 
-    def _push(self, number: int) -> None:
-        """Apply forces and torques to the first `number` selected bodies."""
+    def _calls_to_push(self, number: int) -> list[Callable[[], Any]]:
+        """Return calls that apply forces and torques to the first `number` selected bodies."""
+        calls, client, frame = [], self._client, p.WORLD_FRAME
         for k in self._selected_rows[:number]:
-            body, place = self.keys[k][0], POSITION_FORMAT.unpack_from(self._bytes, k * SIZE + BEFORE)
-            fx, fy, fz, *torque = SIX_FORMAT.unpack_from(self._bytes, k * SIZE + FORCE)
-            p.applyExternalForce(body, BASE, (fx, fy, fz), place, p.WORLD_FRAME, self._client)
-            if any(torque):
-                p.applyExternalTorque(body, BASE, torque, p.WORLD_FRAME, self._client)
+            body, at = self.keys[k][0], k * SIZE
+            fx, fy, fz, tx, ty, tz = SIX_FORMAT.unpack_from(self._bytes, at + FORCE)
+            place = POSITION_FORMAT.unpack_from(self._bytes, at + BEFORE)
+            calls.append(partial(p.applyExternalForce, body, BASE, (fx, fy, fz), place, frame, client))
+            if tx != 0.0 or ty != 0.0 or tz != 0.0:
+                calls.append(partial(p.applyExternalTorque, body, BASE, (tx, ty, tz), frame, client))
+        return calls
 
     def _put(self, number: int) -> None:
         """Set pose and velocity of the first `number` selected bodies to where they are `left`."""

@@ -85,6 +85,16 @@ def test_the_model_moves_as_the_engine_does(client: int, base_mass: float, joint
     np.testing.assert_allclose((v - one.start[1]) / dt, acceleration, rtol=1e-6, atol=1e-5)
     one.read_forces(dt)
     np.testing.assert_allclose(one.force, 0.0, atol=1e-5)
+    one.read(one.start)
+    one.begin_step((1.0, 2.0, -G))
+    one.set_tree(0.0)
+    one.push[:] = np.arange(1.0, one.v_size + 1.0)
+    one.pressed = True
+    one.apply_push()
+    p.stepSimulation(client)
+    _, v = one.read((np.empty(one.q_size), np.empty(one.v_size)))
+    gained = one.matrix @ ((v - one.start[1]) / dt - one.free_acceleration)
+    np.testing.assert_allclose(gained, one.push, atol=1e-4)
 
 
 @pytest.mark.parametrize("dt", [2e-6, 2e-3, 1 / 240])
