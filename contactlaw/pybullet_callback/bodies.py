@@ -25,6 +25,7 @@ MOTION_FORMAT, POSE_FORMAT, SIX_FORMAT, MASS_FORMAT, POSITION_FORMAT = (
     struct.Struct(f"{n}d") for n in (13, 7, 6, 4, 3)
 )
 PARAMETERS = "fixedTimeStep", "gravityAccelerationX", "gravityAccelerationY", "gravityAccelerationZ"
+PASSED, STRAYED = rows.PASSED, rows.STRAYED  # looked up in each step
 SIZE, PLACES = rows.ROW.itemsize, {name: at for name, (_, at, *_) in rows.ROW.fields.items()}  # type: ignore[union-attr]
 BEFORE, AFTER, LEFT, FORCE, MASS = (PLACES[name] for name in ("before", "after", "left", "force", "mass"))
 VELOCITY_AFTER = AFTER + POSE_FORMAT.size
@@ -132,15 +133,16 @@ class Bodies:
         if not (self._simple and self._parameters):
             self._read_parameters()
         sleep = self._sleep and not self._read()
-        pushed = rows.PASSED if self._flies else 0 if sleep else self._begin_step()
-        if not sleep:
-            self._pushes = self._calls_to_push(pushed) if pushed > 0 else []
-        for apply in self._pushes:  # if all bodies sleep, the last push again
-            apply()
+        pushed = PASSED if self._flies else 0 if sleep else self._begin_step()
+        if not self._flies:
+            if not sleep:
+                self._pushes = self._calls_to_push(pushed) if pushed > 0 else []
+            for apply in self._pushes:  # if all bodies sleep, the last push again
+                apply()
         for one in self.trees:
             one.apply_push()
         STEP_BULLET(self._client)
-        if pushed == rows.PASSED and self._fly():
+        if pushed == PASSED and self._fly():
             return 0
         before, self._after = self._after, [velocity() for velocity, _ in self._velocities]
         if sleep:
@@ -170,7 +172,7 @@ class Bodies:
     def _set_bodies(self) -> int:
         """Set the bodies of the world as they were read; return how many are to be pushed, or PASSED."""
         pushed = begin_step(self._head_at)
-        if pushed == rows.PASSED:
+        if pushed == PASSED:
             return pushed
         if pushed == rows.NOT_FINITE:
             self._refuse()
@@ -206,17 +208,17 @@ class Bodies:
         if not self._flies:
             self._note_fixed()
         self._read_poses()
-        done = has_flown(self._head_at) if [pose() for pose in self._fixed] == self._stood else rows.STRAYED
-        if done == rows.STRAYED:
+        done = has_flown(self._head_at) if [pose() for pose in self._fixed] == self._stood else STRAYED
+        if done == STRAYED:
             self._read()
             self._note_fixed()
             self._read_parameters()
             rewind(self._head_at)
-            if self._set_bodies() == rows.PASSED:
+            if self._set_bodies() == PASSED:
                 done = has_flown(self._head_at)
-        self._flies = done == rows.PASSED
+        self._flies = done == PASSED
         self._last[: len(self._heavy)] = [NOTHING] * len(self._heavy)  # the rows have changed
-        return done != rows.STRAYED
+        return done != STRAYED
 
     def _note_fixed(self) -> None:
         """Note the poses of fixed bodies, as last read."""
