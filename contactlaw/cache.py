@@ -39,10 +39,7 @@ def report_no_cache(reason: object) -> None:
 class CodeFiles:
     """Files of one function, one for each signature, in place of numba's index and data files.
 
-    Args:
-        folder: Folder of the files.
-        base: Prefix of their names.
-        stamp: Hash or text that changes with everything that the code depends on.
+    base: prefix of their names. stamp: hash or text that changes with everything that the code depends on.
     """
 
     def __init__(self, folder: str, base: str, stamp: str) -> None:
@@ -76,8 +73,7 @@ class CodeFiles:
 class Cache(FunctionCache):
     """numba's cache of a function, with `CodeFiles`; reading and writing raise nothing when files fail.
 
-    Raises:
-        RuntimeError: By the constructor, if no folder for the cache exists (a package inside a zip file, for example).
+    The constructor raises a RuntimeError if no folder for the cache exists (a package inside a zip file, for example).
     """
 
     def __init__(self, function: Any, stamp: str) -> None:

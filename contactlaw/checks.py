@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import fields
 from decimal import Decimal
 from fnmatch import fnmatchcase
+from functools import partial
 from importlib import import_module
 from numbers import Real
 from typing import Any
@@ -33,15 +34,11 @@ def number(name: str, value: Any, allowed: str, *, low: float, high: float, open
     return result
 
 
-def positive(name: str, value: Any) -> float:
-    """Return value as a float that is finite and above zero."""
-    return number(name, value, "finite and > 0", low=0.0, high=LARGEST, open_low=True)
+positive = partial(number, allowed="finite and > 0", low=0.0, high=LARGEST, open_low=True)
+"""Return value as a float that is finite and above zero."""
 
-
-def not_negative(name: str, value: Any) -> float:
-    """Return value as a float that is finite and not below zero."""
-    return number(name, value, "finite and >= 0", low=0.0, high=LARGEST)
-
+not_negative = partial(number, allowed="finite and >= 0", low=0.0, high=LARGEST)
+"""Return value as a float that is finite and not below zero."""
 
 LEAST_RESTITUTION = 1e-6  # 0 would need infinite damping; far below, the damped oscillator loses its digits
 RESTITUTIONS = "in [1e-6, 1]"
@@ -49,9 +46,8 @@ SPEEDS = 1e-30, 1e30  # [m/s], beyond which powers of a speed under- or overflow
 LARGEST_COUNT = 2**63 - 1  # that compiled code can take
 
 
-def restitution(name: str, value: Any) -> float:
-    """Return value as a restitution coefficient, a float in [1e-6, 1]."""
-    return number(name, value, RESTITUTIONS, low=LEAST_RESTITUTION, high=1.0)
+restitution = partial(number, allowed=RESTITUTIONS, low=LEAST_RESTITUTION, high=1.0)
+"""Return value as a restitution coefficient, a float in [1e-6, 1]."""
 
 
 def speed(name: str, value: Any, *, least: float = SPEEDS[0]) -> float:

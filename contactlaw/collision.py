@@ -12,7 +12,7 @@ from contactlaw.impact import MOST_STEPS, check_steps, nodes_for
 from contactlaw.laws.hertz import LINEAR_STIFFNESS
 from contactlaw.laws.normal_motion import SCALED_DEEPEST, TRACK, Motion, normal_motion
 from contactlaw.pair import ContactPair, warn_of_depth
-from contactlaw.single import History, Scale, impact_by_steps, write_history
+from contactlaw.single import HISTORY, Scale, impact_by_steps, write_history
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -40,9 +40,9 @@ class Body:
     spin: ArrayLike = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
+        allowed = "> 0 (inf: a fixed body, a plane)"
         for name in ("mass", "radius"):
-            value = checks.number(name, getattr(self, name), "> 0 (inf: a fixed body, a plane)", low=0.0, high=inf,
-                                  open_low=True)  # fmt: skip
+            value = checks.number(name, getattr(self, name), allowed, low=0.0, high=inf, open_low=True)
             object.__setattr__(self, name, value)
         if isinf(self.radius) and not isinf(self.mass):
             raise ValueError(f"radius = {self.radius!r}: a body of mass {self.mass!r} needs a finite radius")
@@ -157,7 +157,7 @@ def collide(
     motion, length, deepest = _normal_motion(pair, radius, mass, approach, steps)
     warn_of_depth(length * motion.deepest, radius)
     scale = Scale(mass, approach, length, tangential_mass)
-    track, law = np.empty(steps + 1, TRACK), pair.rule
+    track, law = np.empty(steps + 1, TRACK), pair.law
     if law.on_line is not None and isfinite(psi_per_speed * speed):
         rate = 1.0 / psi_per_speed  # mu V_z1/kappa [m/s], the unit of psi
         unit = pair.friction * mass * approach**2 / length, rate**2 * pair.kappa * mass, rate
@@ -166,7 +166,7 @@ def collide(
         law = law.with_nodes(2 * nodes_for(chi))  # forces during an impact need more nodes than the rebound
         p = pair.parameters(radius, law.memory)
         after = impact_by_steps(p, *law.new_contact(), motion, scale, deepest, speed, track)
-    force, history = np.empty((steps + 1, 3)), History(*np.empty((len(History._fields), steps + 1)))
+    force, history = np.empty((steps + 1, 3)), np.empty(steps + 1, HISTORY)
     write_history(motion, scale, track, along, force, history)
 
     push, pull = mass * approach * (1.0 + pair.restitution), tangential_mass * (after - speed)
@@ -180,7 +180,7 @@ def collide(
     )  # fmt: skip
     return Impact(
         velocity_a, spin_a, velocity_b, spin_b, chi, psi_per_speed * speed, psi_per_speed * after,
-        tangential_force=force, **history._asdict(),
+        tangential_force=force, **{name: history[name] for name in HISTORY.names or ()},
     )  # fmt: skip
 
 
@@ -188,7 +188,7 @@ def _normal_motion(
     pair: ContactPair, radius: float, mass: float, approach: float, steps: int
 ) -> tuple[Motion, float, float]:
     """Return the scaled normal motion, its unit of length [m], and the greatest overlap that the law foresees [m]."""
-    linear = pair.rule.linear
+    linear = pair.law.linear
     motion = normal_motion(pair.damping_ratio, steps, linear)
     k = 4.0 / 3.0 * pair.effective_modulus * sqrt(radius)
     deepest = (1.25 * mass * approach * approach / k) ** 0.4  # without damping

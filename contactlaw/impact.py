@@ -3,6 +3,7 @@
 from bisect import bisect_left
 from functools import lru_cache, partial
 from math import ceil, inf, isfinite, sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,6 +23,7 @@ RESOLUTION = [(16, 128), (16, 160), (32, 256), (64, 360), (64, 512), (128, 720),
 RADIUS_AT = (PAIR.names or ()).index("radius")
 MOST_STEPS = 1_000_000  # an impact; the error, 1/steps^2, is rounding by then
 STABLE_STEPS = 4.5  # steps an impact over sqrt(chi): twice those at which the leapfrog of a stuck contact is unstable
+ROUNDING = 1e-15  # rounding error of coordinates, relative to the largest
 SCALED = 0.75, 0.75, 1.0, 1.0  # E*, G*, R and mu of a pair with P = delta^1.5 and kappa = mu = 1
 
 
@@ -49,10 +51,11 @@ def rebound(
     """
     rule = law_of(law)
     steps = None if steps is None else checks.count("steps", steps, 4, MOST_STEPS)
-    given = {"psi_1": psi_1, "chi": chi, "restitution": restitution}
-    if all(isinstance(value, float) for value in given.values()):  # one impact: arrays would cost more than it does
-        one = float(psi_1), float(chi), float(restitution)  # type: ignore[arg-type]
-        return _single(*one, rule, steps)
+    given: dict[str, Any] = {"psi_1": psi_1, "chi": chi, "restitution": restitution}
+    psi, c, e = given.values()
+    one = all(isinstance(value, float) for value in given.values()) and isfinite(psi)
+    if one and 0.0 < c < inf and checks.LEAST_RESTITUTION <= e <= 1.0:  # arrays would cost more than the impact does
+        return float(_group(np.array([psi]), np.array([c]), float(e), bisect_left(CHI_BOUNDS, c), rule, steps)[0])
     psi, c, e = checks.broadcast(given)
     if (c <= 0.0).any():
         raise ValueError(f"chi = {c[c <= 0.0].flat[0]}: must be > 0")
@@ -61,18 +64,6 @@ def rebound(
         raise ValueError(f"restitution = {wrong}: must be {checks.RESTITUTIONS}")
     out = _grouped(psi.ravel(), c.ravel(), e.ravel(), rule, steps).reshape(psi.shape)
     return out if psi.ndim else float(out)
-
-
-def _single(psi_1: float, chi: float, restitution: float, law: Law, steps: int | None) -> float:
-    """psi_2 of one impact."""
-    if not isfinite(psi_1):
-        raise ValueError(f"psi_1: holds {psi_1}; every value must be finite")
-    if not 0.0 < chi < inf:
-        raise ValueError(f"chi = {chi}: must be finite and > 0")
-    if not checks.LEAST_RESTITUTION <= restitution <= 1.0:
-        raise ValueError(f"restitution = {restitution}: must be {checks.RESTITUTIONS}")
-    chi_class = bisect_left(CHI_BOUNDS, chi)
-    return float(_group(np.array([psi_1]), np.array([chi]), restitution, chi_class, law, steps)[0])
 
 
 def _grouped(psi: Array, chi: Array, e: Array, law: Law, steps: int | None) -> Array:
@@ -159,11 +150,11 @@ def force_along_path(pair: ContactPair, approach: ArrayLike, displacement: Array
         raise ValueError(
             f"displacement: shape {motion.shape}; must be ({overlap.size},) or ({overlap.size}, 2) to match approach"
         )
-    line, law = motion.ndim == 1, pair.rule
+    line, law = motion.ndim == 1, pair.law
     p = pair.parameters()
     warn_of_depth(float(overlap.max()), float(p[RADIUS_AT]))
     normal = np.empty(overlap.size)
-    x, y = (1.0, 0.0) if line else single.direction(motion)
+    x, y = (1.0, 0.0) if line else _direction(motion)
     if law.on_line is not None and pair.friction > 0.0 and (x != 0.0 or y != 0.0):
         pull = np.empty(overlap.size)
         law.on_line.force_along_path(p, overlap, motion if line else (motion - motion[0]) @ (x, y), normal, pull)
@@ -172,3 +163,14 @@ def force_along_path(pair: ContactPair, approach: ArrayLike, displacement: Array
     tangential = np.empty((overlap.size, 2))
     single.force_along_path(p, overlap, plane, *law.with_nodes(None).new_contact(), normal, tangential)
     return normal, tangential[:, 0].copy() if line else tangential
+
+
+def _direction(displacement: Array) -> tuple[float, float]:
+    """Direction of the straight line on which a path (n, 2) runs, up to rounding; (0, 0) if it is not straight."""
+    moves = displacement - displacement[0]
+    squares = moves[:, 0] * moves[:, 0] + moves[:, 1] * moves[:, 1]
+    if not squares.any():
+        return 1.0, 0.0
+    x, y = moves[np.argmax(squares)] / np.sqrt(squares.max())
+    off = np.abs(moves[:, 0] * y - moves[:, 1] * x).max()
+    return (x, y) if off <= ROUNDING * np.abs(displacement).max() else (0.0, 0.0)

@@ -9,7 +9,7 @@ import gc
 import hashlib
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager, nullcontext
 from functools import cache
 from pathlib import Path
 from time import perf_counter
@@ -119,18 +119,17 @@ class _WholeLibrary(JITCodeLibrary):
 
 
 class _WholeCompiler(Compiler):
+    library: Any = _WholeLibrary
+
     def compile_extra(self, func: Any) -> Any:
-        """Compile a C function."""
-        self.state.library = _WholeLibrary(self.state.targetctx.codegen(), func.__qualname__)
+        """Compile a function into a library of its kind."""
+        self.state.library = self.library(self.state.targetctx.codegen(), func.__qualname__)
         self.state.library.enable_object_caching()
         return super().compile_extra(func)
 
 
-class _CalleeCompiler(Compiler):
-    def compile_extra(self, func: Any) -> Any:
-        """Compile a function for callers that are compiled."""
-        self.state.library = _CalleeLibrary(self.state.targetctx.codegen(), func.__qualname__)
-        return super().compile_extra(func)
+class _CalleeCompiler(_WholeCompiler):
+    library = _CalleeLibrary
 
     def define_pipelines(self) -> Any:
         """Return numba's pipeline without `SKIPPED_PASSES`."""
@@ -175,40 +174,34 @@ def jit_for(key: str, **options: Any) -> Callable[[Function], Function]:
     return compile_lazily
 
 
-class _FasterCompilation:
-    """Settings of Python and numba that shorten compilation, between `begin` and `end`.
+@contextmanager
+def _faster_compilation() -> Iterator[None]:
+    """Shorten compilations inside the context by settings of Python and numba.
 
     The garbage collector is off, since nearly all objects of a compilation stay alive. numba's timers of LLVM's passes
     are off. Resolved types of functions are memoised.
     """
+    collects, timer = gc.isenabled(), event.install_timer
+    typing: Any = cpu_target.typing_context
+    gc.disable()
+    event.install_timer = lambda kind, callback: nullcontext()
+    resolve, known = typing.resolve_function_type, {}
 
-    def __init__(self) -> None:
-        self.collects = False
-        self.timer: Any = None
+    def resolve_once(function: Any, args: Any, kws: Any) -> Any:
+        if kws or isinstance(function, str | Dispatcher):  # a slice cannot be a key
+            return resolve(function, args, kws)
+        key = function, args
+        if key not in known:
+            known[key] = resolve(function, args, kws)
+        return known[key]
 
-    def begin(self) -> None:
-        """Apply the settings."""
-        self.collects = gc.isenabled()
-        gc.disable()
-        self.timer, event.install_timer = event.install_timer, lambda kind, callback: nullcontext()
-        typing: Any = cpu_target.typing_context
-        resolve, known = typing.resolve_function_type, {}
-
-        def resolve_once(function: Any, args: Any, kws: Any) -> Any:
-            if kws or isinstance(function, str | Dispatcher):  # a slice cannot be a key
-                return resolve(function, args, kws)
-            key = function, args
-            if key not in known:
-                known[key] = resolve(function, args, kws)
-            return known[key]
-
-        typing.resolve_function_type = resolve_once
-
-    def end(self) -> None:
-        """Restore the settings."""
-        del vars(cpu_target.typing_context)["resolve_function_type"]
-        event.install_timer = self.timer
-        if self.collects:
+    typing.resolve_function_type = resolve_once
+    try:
+        yield
+    finally:
+        del vars(typing)["resolve_function_type"]
+        event.install_timer = timer
+        if collects:
             if gc.get_freeze_count() == 0:  # unfreezing would also release objects that the application has frozen
                 gc.freeze()  # freeze and unfreeze move new objects to the oldest generation, which is searched last
                 gc.unfreeze()
@@ -224,7 +217,7 @@ class _Report:
         self.depth = 0  # of nested compilations
         self.cached = True  # the code can be cached
         self.seconds = self.began = 0.0  # time spent compiling so far [s]
-        self.settings = _FasterCompilation()
+        self.settings = ExitStack()
 
     def begin(self) -> None:
         """Note that a compilation begins; report its subject the first time."""
@@ -237,14 +230,14 @@ class _Report:
                 report_no_cache("no folder for numba's cache")
         if self.depth == 0:
             self.began = perf_counter()
-            self.settings.begin()
+            self.settings.enter_context(_faster_compilation())
         self.depth += 1
 
     def end(self) -> None:
         """Note that a compilation has ended."""
         self.depth -= 1
         if self.depth == 0:
-            self.settings.end()
+            self.settings.close()
             self.seconds += perf_counter() - self.began
 
 

@@ -52,11 +52,11 @@ class ContactPair:
     friction: Any
     restitution: Any = 1.0
     radius: float | None = None
-    law: str | Law = "microslip"
+    law: Law = "microslip"  # type: ignore[assignment]
     stiffness_ratio: float | None = None
     rolling_resistance: float = 0.0
 
-    if TYPE_CHECKING:  # the constructor takes names of materials and replaces them by the materials
+    if TYPE_CHECKING:  # the constructor takes names of materials and laws and replaces them by what they name
 
         def __init__(
             self, a: Material | str, b: Material | str, friction: float | OverSpeed,
@@ -78,11 +78,10 @@ class ContactPair:
                 object.__setattr__(self, name, check(name, value))
         rolling = checks.not_negative("rolling_resistance", self.rolling_resistance)
         object.__setattr__(self, "rolling_resistance", rolling)
-        if self.radius is not None:
-            object.__setattr__(self, "radius", checks.positive("radius", self.radius))
         object.__setattr__(self, "law", law_of(self.law))
-        if self.stiffness_ratio is not None:
-            object.__setattr__(self, "stiffness_ratio", checks.positive("stiffness_ratio", self.stiffness_ratio))
+        for name in ("radius", "stiffness_ratio"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
         if abs(self.coupling) > COUPLING_TO_MENTION:
             warnings.warn(
                 f"{self.a.name or 'a'} on {self.b.name or 'b'}: normal and tangential motion are coupled by "
@@ -208,14 +207,9 @@ class ContactPair:
         return self.radius
 
     @property
-    def rule(self) -> Law:
-        """The contact law."""
-        return law_of(self.law)
-
-    @property
     def memory_size(self) -> int:
         """How many float64 numbers the history of a contact takes in an engine."""
-        law = self.rule.with_nodes(None)
+        law = self.law.with_nodes(None)
         return max(2 * law.memory, sectors.NUMBERS if law.sectors else 0)
 
     def parameters(self, radius: float | None = None, nodes: int | None = None) -> NDArray[np.float64]:
@@ -226,7 +220,7 @@ class ContactPair:
             nodes: Number of nodes, for a law that leaves it open.
         """
         given = self.radius is not None or radius is None
-        return self.rule.with_nodes(None if nodes is None else checks.count("nodes", nodes, 0, 512)).with_pair(
+        return self.law.with_nodes(None if nodes is None else checks.count("nodes", nodes, 0, 512)).with_pair(
             self.effective_modulus, self.effective_shear_modulus,
             self._radius() if given else checks.positive("radius", radius), self._at(1.0, 0.0)[1], self.damping_ratio,
             _scaled_duration(self.damping_ratio), self.torsion_modulus, self.rolling_resistance,

@@ -9,15 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from contactlaw.jit import jit_module
-from contactlaw.laws.base import Array
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.normal_motion import TRACK, Motion
-from contactlaw.laws.record import PAIR_SIZE, ask_energy, ask_stiffness, pair_of
+from contactlaw.laws.record import PAIR_SIZE, ask_energy, ask_stiffness, pair_of, record
 from contactlaw.laws.step import ask, prescribe
 
 SUBSTEPS = 256  # per change by the greatest overlap, or by the displacement at which the whole contact slips
 MOST_SUBSTEPS = 4096  # per segment of the path
-ROUNDING = 1e-15  # rounding error of coordinates, relative to the largest
 
 
 class Scale(NamedTuple):
@@ -29,17 +27,11 @@ class Scale(NamedTuple):
     tangential_mass: float
 
 
-class History(NamedTuple):
-    """Histories of an impact, shape (n,) each, as in `collision.Impact`."""
-
-    time: Array
-    overlap: Array
-    normal_force: Array
-    kinetic: Array
-    elastic_normal: Array
-    elastic_tangential: Array
-    friction_loss: Array
-    damping_loss: Array
+HISTORY = np.dtype((np.record, record(
+    "time", "overlap", "normal_force", "kinetic", "elastic_normal", "elastic_tangential", "friction_loss",
+    "damping_loss",
+)))  # fmt: skip
+"""An instant of an impact, as in `collision.Impact`."""
 
 
 def force_along_path(p, approach, displacement, header, memory, normal_out, tangential_out):
@@ -75,25 +67,6 @@ def force_along_path(p, approach, displacement, header, memory, normal_out, tang
             ask(contact, pair, law, memory, step_u / count, step_v / count, 0.0)
         now, u, v = approach[j], displacement[j, 0], displacement[j, 1]
         normal_out[j], tangential_out[j, 0], tangential_out[j, 1] = contact.force, contact.f, contact.g
-
-
-def direction(displacement):
-    """Direction of the straight line on which a path (n, 2) runs, up to rounding; (0, 0) if it is not straight."""
-    size, far = 0.0, 0
-    for j in range(displacement.shape[0]):
-        u, v = displacement[j, 0] - displacement[0, 0], displacement[j, 1] - displacement[0, 1]
-        if u * u + v * v > size:
-            size, far = u * u + v * v, j
-    if size == 0.0:
-        return 1.0, 0.0
-    length = sqrt(size)
-    x, y = (displacement[far, 0] - displacement[0, 0]) / length, (displacement[far, 1] - displacement[0, 1]) / length
-    slack = ROUNDING * np.max(np.abs(displacement))
-    for j in range(displacement.shape[0]):
-        u, v = displacement[j, 0] - displacement[0, 0], displacement[j, 1] - displacement[0, 1]
-        if abs(u * y - v * x) > slack:
-            return 0.0, 0.0
-    return x, y
 
 
 def impact_by_steps(p, header, memory, motion: Motion, scale: Scale, deepest, speed, track_out):
@@ -138,25 +111,25 @@ def impact_by_steps(p, header, memory, motion: Motion, scale: Scale, deepest, sp
     return speed
 
 
-def write_history(motion: Motion, scale: Scale, track, along, force_out, out: History):
-    """Write the tangential force on A [N], shape (n, 3), and the other histories.
+def write_history(motion: Motion, scale: Scale, track, along, force_out, out):
+    """Write the tangential force on A [N], shape (n, 3), and the history of `HISTORY`, (n,).
 
     track: as `impact_by_steps` leaves it, (n,). along: unit vector of the sliding velocity of A.
     """
     mass, approach, length, tangential_mass = scale
     energy = mass * approach * approach
     for k in range(track.size):
-        one, square, stored = track[k], motion.speed[k] * motion.speed[k], energy * motion.energy[k]
+        one, now, square = track[k], out[k], motion.speed[k] * motion.speed[k]
         for i in range(3):
             force_out[k, i] = -along[i] * one.force
-        out.time[k] = length / approach * motion.instant[k]
-        out.overlap[k] = length * motion.delta[k]
-        out.normal_force[k] = energy / length * motion.force[k]
-        out.kinetic[k] = 0.5 * energy * square + 0.5 * tangential_mass * one.speed * one.speed
-        out.elastic_normal[k] = stored
-        out.elastic_tangential[k] = one.stored
-        out.friction_loss[k] = one.work - one.stored
-        out.damping_loss[k] = 0.5 * energy * (1.0 - square) - stored
+        now.time = length / approach * motion.instant[k]
+        now.overlap = length * motion.delta[k]
+        now.normal_force = energy / length * motion.force[k]
+        now.kinetic = 0.5 * energy * square + 0.5 * tangential_mass * one.speed * one.speed
+        now.elastic_normal = energy * motion.energy[k]
+        now.elastic_tangential = one.stored
+        now.friction_loss = one.work - one.stored
+        now.damping_loss = 0.5 * energy * (1.0 - square) - now.elastic_normal
 
 
 def impacts_by_steps(p, header, memory, motion: Motion, deepest, psi_1, chi, psi_2_out):

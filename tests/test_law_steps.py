@@ -73,7 +73,7 @@ class Contact:
     def __init__(self, law: Any = "microslip", e: float = 1.0, friction: float = MU) -> None:
         self.pair = ContactPair("steel", "steel", friction, e, RADIUS, law)
         self.p = self.pair.parameters()
-        self.header, self.memory = self.pair.rule.with_nodes(None).new_contact()
+        self.header, self.memory = self.pair.law.with_nodes(None).new_contact()
         self.slip = friction / self.pair.kappa * OVERLAP  # the displacement at which all slips
 
     @property
@@ -94,7 +94,7 @@ class Contact:
 
     def energy(self) -> float:
         """2 integral q^2/(2 G*) dx over half the line of microslip [J]."""
-        q, w = self.memory.reshape(2, -1), self.pair.rule.numbers()["w"]
+        q, w = self.memory.reshape(2, -1), self.pair.law.numbers()["w"]
         return float(header_scale(self) * (w * q**2).sum()) / self.pair.effective_shear_modulus
 
 

@@ -143,7 +143,7 @@ def sheared(law: str, overlap: float = 1e-5, share: float = 0.3) -> tuple[float,
     """Slide [m], a share of that at which all slips, and what `shear` returns."""
     pair = pair_with(law)
     slide = share * pair.friction / pair.kappa * overlap
-    return slide, *shear(pair.parameters(), *pair.rule.with_nodes(None).new_contact(), overlap, slide)
+    return slide, *shear(pair.parameters(), *pair.law.with_nodes(None).new_contact(), overlap, slide)
 
 
 @pytest.mark.parametrize("name", [*LADDER[1:], "own_mindlin"])

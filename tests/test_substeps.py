@@ -19,7 +19,7 @@ def test_elastic_contact_does_not_read_the_closing_speed() -> None:
 
     def force(restitution: float, closing: float) -> float:
         pair = ContactPair("steel", "steel", FRICTION, restitution, radius=0.0254)
-        contact = pair.rule.with_nodes(None).new_contact()[0][0]
+        contact = pair.law.with_nodes(None).new_contact()[0][0]
         reset(contact, pair_of(pair.parameters()), 0.0254)
         contact.overlap, contact.mass, contact.stiffness, contact.closing = 1e-6, 1.0, 1e10, closing
         return hertz.normal_force(contact, pair_of(pair.parameters()), 0.0, 1e-7)[0]

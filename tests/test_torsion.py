@@ -27,7 +27,7 @@ class Contact:
 
     def __init__(self, pair: ContactPair = PAIR) -> None:
         self.numbers = pair.parameters()
-        self.values, self.memory = pair.rule.with_nodes(None).new_contact()
+        self.values, self.memory = pair.law.with_nodes(None).new_contact()
         self.pair, self.touch = pair_of(self.numbers), self.values[0]
         self.torsion = np.zeros(1, np.dtype((np.record, TORSION)))[0]
         reset(self.touch, self.pair, self.pair.radius)

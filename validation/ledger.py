@@ -83,7 +83,7 @@ def fall(lost: Array) -> float:
 @lru_cache
 def _contact(law: str | Law) -> Any:
     pair = pair_of_law("microslip" if law == SECTORS else law)
-    header, _ = pair.rule.with_nodes(None).new_contact()
+    header, _ = pair.law.with_nodes(None).new_contact()
     return pair, pair.parameters(), header, np.zeros(pair.memory_size), np.zeros((2, sectors.RINGS, sectors.SECTORS))
 
 

@@ -39,7 +39,7 @@ def substep_times(repeats: int) -> dict[str, Spread]:
 def impacts_of(law: str, restitution: float = 1.0, impacts: int = IMPACTS) -> Callable[[], Array]:
     """A call that returns normal and tangential force of an impact [N], shape (STEPS - 1, 2)."""
     pair = ContactPair(MATERIALS["steel"], MATERIALS["steel"], FRICTION, restitution, radius=RADIUS, law=law)
-    p, (header, memory) = pair.parameters(), pair.rule.with_nodes(None).new_contact()
+    p, (header, memory) = pair.parameters(), pair.law.with_nodes(None).new_contact()
     dt, turn = pi * DEEPEST / SPEED / STEPS, np.linspace(0.0, pi, STEPS + 1)
     overlap = DEEPEST * np.sin(turn[:-1])
     slide = 0.5 * FRICTION / pair.kappa * SPEED * np.cos(2.0 * turn[:-2]) * dt

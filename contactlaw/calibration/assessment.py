@@ -1,25 +1,21 @@
 """From a checked table to a `Calibration`: restitution, regimes, and notes on what is and is not determined."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
-from scipy import stats
+from scipy import optimize, stats
 
-from contactlaw.calibration.fit import far_limit, problem_of, robust_scale, sliding_from
-from contactlaw.calibration.over_speed import over_speed
-from contactlaw.calibration.ranges import NORMAL, Evidence, evidence_of, widening
-from contactlaw.calibration.result import (
-    SLIDES,
-    SLIDES_FIRST,
-    STICKS_FIRST,
-    UNKNOWN,
-    Calibration,
-    Estimate,
-    OverSpeedFit,
-)
+from contactlaw.calibration import fit, result
+from contactlaw.calibration.result import Calibration, Estimate, OverSpeedFit
 from contactlaw.calibration.table import Array, Impacts, Mask
+from contactlaw.losses import OverSpeed, Plastic, Viscoelastic
 
 USUAL_KAPPA = 0.85  # 2 (1 - nu)/(2 - nu) of equal materials with nu = 0.26
+CLEAR = 6.0  # difference in 2 ln(likelihood) that distinguishes two laws: 20 to 1
+CONSTANT = "constant"
+LEAST, SPREAD = 4, 0.3  # least number of impacts and range of ln V_z1 for a dependence on speed
 
 
 def assess(
@@ -27,12 +23,8 @@ def assess(
 ) -> Calibration:
     """Fit a checked table and assess which parameters it determines.
 
-    Args:
-        impacts: n impacts.
-        restitution: e if V_z2 was not measured, else None.
-        kappa: Start value, or with `hold` the known value; None: `USUAL_KAPPA`.
-        hold: Whether kappa is known.
-        asked: Name of the law of restitution over speed; None: the most likely, if that is clear.
+    restitution: e if V_z2 was not measured. kappa: start value, or with `hold` the known one; None: `USUAL_KAPPA`.
+    asked: name of the law of restitution over speed; None: the most likely, if that is clear.
     """
     bounce, law = _restitution(impacts, asked) if restitution is None else (Estimate("given", restitution), None)
     start = kappa or USUAL_KAPPA
@@ -45,17 +37,16 @@ def assess(
         return Calibration(
             friction=Estimate("not determined", note=f"Friction is not determined: {note}"),
             stiffness_ratio=known or Estimate("not determined", note="Nor is the stiffness ratio kappa."),
-            sliding_friction=Estimate("not determined"), regimes=(UNKNOWN,) * n, outliers=(), residuals=np.zeros(n),
-            residual_rms=0.0, degrees_of_freedom=0, chi_squared=None, scatter=None, curve_parameters=None, **table,
+            sliding_friction=Estimate("not determined"), regimes=(result.UNKNOWN,) * n, residuals=np.zeros(n), **table,
         )  # fmt: skip
-    whole = problem_of(impacts, min(bounce.value or 1.0, 1.0), start, hold=hold)
-    evidence = evidence_of(whole)
+    whole = fit.problem_of(impacts, min(bounce.value or 1.0, 1.0), start, hold=hold)
+    evidence = fit.evidence_of(whole)
     residuals, _ = whole.residuals(np.log(evidence.best))
     regimes, freedom = _regimes(impacts, evidence, whole.curve.restitution), evidence.freedom
     return Calibration(
         friction=_friction(impacts, evidence, regimes),
         stiffness_ratio=known or _stiffness(evidence, regimes),
-        sliding_friction=_sliding(impacts, (np.array(regimes) == SLIDES) & evidence.used),
+        sliding_friction=_sliding(impacts, (np.array(regimes) == result.SLIDES) & evidence.used),
         regimes=tuple(regimes),
         outliers=tuple(np.flatnonzero(~evidence.used).tolist()),
         residuals=residuals,
@@ -71,11 +62,11 @@ def assess(
 def _mean(values: Array, errors: Array, known: bool, note: str = "") -> Estimate:
     """Weighted mean with its 95 % range; no range for a single value without a known error."""
     mean = float(np.average(values, weights=errors**-2.0))
-    wider = widening(float(np.sum(((values - mean) / errors) ** 2)), values.size - 1, known)
+    wider = fit.widening(float(np.sum(((values - mean) / errors) ** 2)), values.size - 1, known)
     if wider is None:
         return Estimate("measured", mean, note="One impact has no scatter: its error is not known.")
     reach = wider[0] * wider[1] * float(np.sum(errors**-2.0)) ** -0.5
-    return Estimate("measured", mean, reach / NORMAL, mean - reach, mean + reach, note)
+    return Estimate("measured", mean, reach / fit.NORMAL, mean - reach, mean + reach, note)
 
 
 def _restitution(impacts: Impacts, asked: str | None) -> tuple[Estimate, OverSpeedFit | None]:
@@ -86,7 +77,7 @@ def _restitution(impacts: Impacts, asked: str | None) -> tuple[Estimate, OverSpe
     law = over_speed(z1, ratio, error if known else np.ones(ratio.size), known, asked)
     if ratio.size >= 6:
         far = np.abs(ratio - np.median(ratio)) / error
-        keep = far <= far_limit(ratio.size - 1) * robust_scale(far, 1, 1.0 if known else 1e-9)
+        keep = far <= fit.far_limit(ratio.size - 1) * fit.robust_scale(far, 1, 1.0 if known else 1e-9)
         ratio, error, z1 = ratio[keep], error[keep], z1[keep]
     mean = _mean(ratio, error, known, _speed_note(np.log(z1), ratio, error))
     if mean.value is not None and (mean.lower or 0.0) > 1.0:
@@ -110,19 +101,72 @@ def _speed_note(log_speed: Array, ratio: Array, error: Array) -> str:
     )
 
 
-def _regimes(impacts: Impacts, evidence: Evidence, restitution: float) -> list[str]:
+def over_speed(speed: Array, ratio: Array, error: Array, known: bool, asked: str | None) -> OverSpeedFit | None:
+    """Choose a law for V_z2/V_z1 at approach speeds, shape (n,); None if the table shows no clear dependence.
+
+    error: standard deviations; if not known, all equal, since speeds have relative errors. asked: name of the law that
+    is wanted.
+    """
+    if asked == CONSTANT or speed.size < LEAST or np.ptp(np.log(speed)) < SPREAD:
+        return None
+    middle = float(np.exp(np.mean(np.log(speed))))
+    rivals: dict[str, tuple[Callable[[float], Any], float, float]] = {  # laws of one parameter, and its range
+        CONSTANT: (lambda e: e, 0.01, 1.0),
+        Viscoelastic.name: (lambda e: Viscoelastic(e, middle), 0.01, 1.0),
+        Plastic.name: (Plastic, 1e-6 * middle, 10.0 * float(speed.max())),
+    }
+    fits = {}
+    for name, (of, low, high) in rivals.items():
+
+        def misfit(x: float, of: Callable[[float], Any] = of) -> float:
+            law = of(float(np.exp(x)))
+            values = law(speed) if isinstance(law, OverSpeed) else law
+            return float(np.sum(((ratio - values) / error) ** 2))
+
+        grid = np.linspace(np.log(low), np.log(high), 200)
+        start = int(np.argmin([misfit(x) for x in grid]))
+        bounds = grid[max(start - 1, 0)], grid[min(start + 1, grid.size - 1)]
+        best = float(optimize.minimize_scalar(misfit, bounds=bounds, method="bounded", options={"xatol": 1e-10}).x)  # type: ignore[union-attr]
+        chi = max(misfit(best), 0.0 if known else 1e-18 * speed.size)
+        fits[name] = of(float(np.exp(best))), best, chi, misfit, grid
+    score = {name: chi if known else speed.size * np.log(chi) for name, (_, _, chi, _, _) in fits.items()}
+    order = sorted(score, key=lambda name: score[name])
+    chosen = asked or order[0]
+    clear = {name: score[name] - score[chosen] for name in order}
+    if asked is None and (chosen == CONSTANT or clear[CONSTANT] < CLEAR):
+        return None
+    law, best, chi, misfit, grid = fits[chosen]
+    wider = fit.widening(chi, speed.size - 1, known)
+    number = Estimate("measured", float(np.exp(best)))
+    if wider is not None:
+        most = chi + (wider[0] * wider[1]) ** 2
+        low, high = (_end(misfit, most, best, edge) for edge in grid[[0, -1]])
+        number = Estimate("measured", float(np.exp(best)), (high - low) / (2.0 * fit.NORMAL), low, high)
+    rival = next((name for name in order if name != chosen and clear[name] < CLEAR), None)
+    note = "" if rival is None else f"The table does not distinguish it from a {rival} restitution."
+    return OverSpeedFit(law, number, note)
+
+
+def _end(misfit: Callable[[float], float], most: float, best: float, edge: float) -> float:
+    """Parameter between best and edge at which the misfit reaches `most`; the edge if it does not."""
+    if misfit(edge) <= most:
+        return float(np.exp(edge))
+    return float(np.exp(optimize.brentq(lambda x: misfit(x) - most, best, edge)))  # type: ignore[arg-type]
+
+
+def _regimes(impacts: Impacts, evidence: fit.Evidence, restitution: float) -> list[str]:
     """Regime of each impact at the best mu and kappa, or where all allowed values agree if one is not determined."""
     cells = evidence.best[None]
     if not (evidence.determined(0) and evidence.determined(1)):
         if evidence.scatter is None:
-            return [UNKNOWN] * impacts.size
+            return [result.UNKNOWN] * impacts.size
         cells = np.concatenate([cells, evidence.allowed])
     unit = cells[:, :1] / cells[:, 1:]  # V_x1/V_z1 over psi_1
-    ends = unit * sliding_from(cells[:, 1:], impacts.mass_ratio, restitution)
+    ends = unit * fit.sliding_from(cells[:, 1:], impacts.mass_ratio, restitution)
     t = np.abs(impacts.velocities[1] / impacts.velocities[0])
     sure = np.select(
         [t >= ends.max(), t <= unit.min(), (t > unit.max()) & (t < ends.min())],
-        [SLIDES, STICKS_FIRST, SLIDES_FIRST], UNKNOWN,
+        [result.SLIDES, result.STICKS_FIRST, result.SLIDES_FIRST], result.UNKNOWN,
     )  # fmt: skip
     return sure.tolist()
 
@@ -135,15 +179,15 @@ def _sliding(impacts: Impacts, sliding: Mask) -> Estimate:
     return _mean(ratio[sliding], error[sliding], impacts.known_errors)
 
 
-def _estimate(evidence: Evidence, which: int, low: float, note: str) -> Estimate:
+def _estimate(evidence: fit.Evidence, which: int, low: float, note: str) -> Estimate:
     """Estimate of mu (0) or kappa (1): the value if it is determined, else bounds and the note."""
     high = float(evidence.ranges[which][1])
     if evidence.determined(which):
-        return Estimate("measured", float(evidence.best[which]), (high - low) / (2.0 * NORMAL), low, high)
+        return Estimate("measured", float(evidence.best[which]), (high - low) / (2.0 * fit.NORMAL), low, high)
     return Estimate("not determined", lower=low or None, upper=high if np.isfinite(high) else None, note=note)
 
 
-def _friction(impacts: Impacts, evidence: Evidence, regimes: list[str]) -> Estimate:
+def _friction(impacts: Impacts, evidence: fit.Evidence, regimes: list[str]) -> Estimate:
     (low, high), (ratio, error) = evidence.ranges[0].tolist(), impacts.impulse_ratio
     why, least = "without given errors it takes two impacts more than unknowns", low
     bounds = f"Up to errors of measurement it is at least {ratio.max():.3g}, the greatest ratio of tangential to normal"
@@ -151,7 +195,7 @@ def _friction(impacts: Impacts, evidence: Evidence, regimes: list[str]) -> Estim
     if evidence.scatter is not None:
         seen = max(float((ratio - evidence.reach * error).max()), 0.0)
         why = "the impacts fit a wide range of friction"
-        if SLIDES not in regimes:
+        if result.SLIDES not in regimes:
             why = "no impact is sure to slide throughout, and the others fit a wide range of friction"
         how = "by the fit" if low > seen else "the greatest ratio of tangential to normal impulse less its error (95 %)"
         least = low if evidence.determined(0) else max(low, seen)
@@ -160,10 +204,10 @@ def _friction(impacts: Impacts, evidence: Evidence, regimes: list[str]) -> Estim
     return _estimate(evidence, 0, least, f"Friction is not determined: {why}. {bounds}. {grazing}")
 
 
-def _stiffness(evidence: Evidence, regimes: list[str]) -> Estimate:
+def _stiffness(evidence: fit.Evidence, regimes: list[str]) -> Estimate:
     low, high = evidence.ranges[1].tolist()
     why = "too few impacts that stick, or errors too large, tell values apart"
-    if all(regime == SLIDES for regime in regimes):
+    if all(regime == result.SLIDES for regime in regimes):
         why = "every impact slides throughout, and gross slip does not depend on the tangential stiffness"
     bounds = [f"at least {low:.2g}"] * (low > 0.0) + [f"at most {high:.2g}"] * bool(np.isfinite(high))
     where = f" It is {' and '.join(bounds)}." if bounds else ""

@@ -80,7 +80,7 @@ class OverSpeedFit:
         return f"{self.law.name}, {what} {self.number}"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Calibration:
     """Result of `calibrate`.
 
@@ -111,16 +111,16 @@ class Calibration:
     stiffness_ratio: Estimate
     sliding_friction: Estimate
     regimes: tuple[str, ...]
-    outliers: tuple[int, ...]
+    outliers: tuple[int, ...] = ()
     before: Array = field(repr=False)
     after: Array = field(repr=False)
     residuals: Array = field(repr=False)
-    residual_rms: float
-    degrees_of_freedom: int
-    chi_squared: float | None
-    scatter: float | None
+    residual_rms: float = 0.0
+    degrees_of_freedom: int = 0
+    chi_squared: float | None = None
+    scatter: float | None = None
     mass_ratio: float
-    curve_parameters: tuple[float, float] | None
+    curve_parameters: tuple[float, float] | None = None
     restitution_law: OverSpeedFit | None = None
 
     def count(self, regime: str) -> int:

@@ -74,7 +74,7 @@ def write(contact: Contact) -> dict[str, str]:
         "material1": f"{pair.a.youngs_modulus!r} {pair.a.poissons_ratio!r}",
         "material2": f"{pair.b.youngs_modulus!r} {pair.b.poissons_ratio!r}",
         "friction": GEOMS if contact.geom_friction else losses.text_of(pair.friction),
-        "restitution": losses.text_of(pair.restitution), "radius": pair.radius, "law": checks.text_of(pair.rule),
+        "restitution": losses.text_of(pair.restitution), "radius": pair.radius, "law": checks.text_of(pair.law),
         "stiffness_ratio": pair.stiffness_ratio, "rolling_resistance": pair.rolling_resistance or None,
         "substeps": str(contact.substeps), "crowd_substeps": str(contact.crowd_substeps), "rounding": contact.rounding,
         "native": " ".join(f"{bits}x{count}" for bits, count in runs) or None, "overlaps": contact.overlaps,

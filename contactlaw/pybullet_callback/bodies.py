@@ -8,21 +8,8 @@ from typing import Any
 import numpy as np
 import pybullet as p
 
-from contactlaw.pybullet_callback.apply import finish_step
-from contactlaw.pybullet_callback.read import begin_step, find_pressed, has_flown, rewind, select_pushed
-from contactlaw.pybullet_callback.rows import (
-    ASLEEP,
-    FLAGS,
-    HEAD,
-    MOTION,
-    NO_ROOM,
-    NOT_FINITE,
-    OTHERS,
-    PASSED,
-    PLACED,
-    ROW,
-    STRAYED,
-)
+from contactlaw.pybullet_callback import rows
+from contactlaw.pybullet_callback.hooks import begin_step, find_pressed, finish_step, has_flown, rewind, select_pushed
 from contactlaw.pybullet_callback.shapes import BASE, Key, Measured, engine_parameters, name_of
 from contactlaw.pybullet_callback.stepping import STEP_BULLET
 from contactlaw.pybullet_callback.trees import Tree
@@ -33,18 +20,15 @@ from contactlaw.world.data.frames import ALIKE
 from contactlaw.world.data.records import EDITED, Arrays
 from contactlaw.world.step import step
 
-FRAME = p.WORLD_FRAME
 NOTHING: Any = (), ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # pose and velocity before the first reading
-MOTION_FORMAT, POSE_FORMAT, SIX_FORMAT = (
-    struct.Struct(f"{MOTION.itemsize // 8}d"),
-    struct.Struct("7d"),
-    struct.Struct("6d"),
+MOTION_FORMAT, POSE_FORMAT, SIX_FORMAT, MASS_FORMAT, POSITION_FORMAT = (
+    struct.Struct(f"{n}d") for n in (13, 7, 6, 4, 3)
 )
 PARAMETERS = "fixedTimeStep", "gravityAccelerationX", "gravityAccelerationY", "gravityAccelerationZ"
-STEP_FORMAT, MASS_FORMAT, POSITION_FORMAT, SIZE = *map(struct.Struct, ("4d", "4d", "3d")), ROW.itemsize
-BEFORE, AFTER, LEFT, FORCE, MASS = (int(ROW.fields[name][1]) for name in ("before", "after", "left", "force", "mass"))  # type: ignore[index]
-VELOCITY_AFTER = AFTER + int(MOTION.fields["velocity"][1])  # type: ignore[index]
-STEP_AT = int(HEAD.fields["dt"][1])  # type: ignore[index]
+PASSED, STRAYED = rows.PASSED, rows.STRAYED  # looked up in each step
+SIZE, PLACES = rows.ROW.itemsize, {name: at for name, (_, at, *_) in rows.ROW.fields.items()}  # type: ignore[union-attr]
+BEFORE, AFTER, LEFT, FORCE, MASS = (PLACES[name] for name in ("before", "after", "left", "force", "mass"))
+VELOCITY_AFTER = AFTER + POSE_FORMAT.size
 
 
 class Bodies:
@@ -55,10 +39,8 @@ class Bodies:
     only poses after each step are read, see `_fly`.
 
     Args:
-        client: Physics client id.
-        world: With all bodies and shapes.
-        keys: Body and link of each of its bodies.
-        trees: Those with joints.
+        client, world: Physics client id, and the world with all bodies and shapes.
+        keys, trees: Body and link of each of its bodies, and those with joints.
         measured: Pairs whose distance PyBullet must measure.
         moves: Whether bodies that nothing can push are read at every step.
         check: Raises an error if a body is no longer the one that was added.
@@ -74,16 +56,16 @@ class Bodies:
     ) -> None:  # fmt: skip
         self._client, self._world, self.keys, self._check = client, world, keys, check
         self.trees, self._measured = trees, measured
-        self.rows: Any = np.zeros(len(keys), ROW)
+        self.rows: Any = np.zeros(len(keys), rows.ROW)
         self._bytes = memoryview(self.rows.view(np.uint8))
         self._selected: Any = np.zeros(len(keys), np.int64)
         self._selected_rows = memoryview(self._selected)
-        self._head: Any = np.zeros(1, HEAD)
+        self._head: Any = np.zeros(1, rows.HEAD)
         self._head["simple"] = self._simple = not (trees or measured)
         self._head_at = self._head.ctypes.data
         self.rows["left"]["position"] = np.nan
         self.outdated = False
-        self._pushes = list[Callable[[], Any]]()
+        self._pushes = list[Callable[[], Any]]()  # calls of the last push
         self.dt, self._parameters = 0.0, ()
         for one in trees:
             self.rows["in_tree"][one.members] = 1
@@ -92,30 +74,25 @@ class Bodies:
         self._heavy = dict.fromkeys(k for k in simple if _mass_of(keys[k], client)[0] > 0.0)
         self.read_masses(simple)
         self._order = [*self._heavy, *(k for k in simple if k not in self._heavy)]
-        self._readers = [
-            (*_readers_of(keys[k], client), partial(MOTION_FORMAT.pack_into, self._bytes, k * SIZE + BEFORE))
-            for k in self._order
-        ]
-        self._velocities = [
-            (read[1], partial(SIX_FORMAT.pack_into, self._bytes, k * SIZE + VELOCITY_AFTER))
-            for k, read in zip(self._heavy, self._readers, strict=False)
-        ]
-        self._poses = [
-            (read[0], partial(POSE_FORMAT.pack_into, self._bytes, k * SIZE + AFTER))
-            for k, read in zip(self._heavy, self._readers, strict=False)
-        ]
+        self._readers = [(*_readers_of(keys[k], client), self._writer(MOTION_FORMAT, k, BEFORE)) for k in self._order]
+        readers = list(zip(self._heavy, self._readers, strict=False))
+        self._velocities = [(read[1], self._writer(SIX_FORMAT, k, VELOCITY_AFTER)) for k, read in readers]
+        self._poses = [(read[0], self._writer(POSE_FORMAT, k, AFTER)) for k, read in readers]
         if not moves:
             self._read()
             self._readers = self._readers[: len(self._heavy)]
         self._fixed = [one[0] for one in self._readers[len(self._heavy) :]]
 
+    def _writer(self, numbers: struct.Struct, k: int, at: int) -> Callable[..., None]:
+        """Return a function that writes numbers into a row, `at` bytes from its begin."""
+        return partial(numbers.pack_into, self._bytes, k * SIZE + at)
+
     def bind(self, arrays: Arrays) -> None:
         """Set the addresses of the world's arrays in the head."""
         self._world._arrays = self.arrays = arrays.bound()
         self._state, head = arrays.world, self._head
-        head["world"], head["rows"], head["selected"] = (
-            a.ctypes.data for a in (self._state, self.rows, self._selected)
-        )
+        for name, array in (("world", self._state), ("rows", self.rows), ("selected", self._selected)):
+            head[name] = array.ctypes.data
         head["count"] = len(self.keys)
         for one in self.trees:
             one.bind(self.arrays)
@@ -123,12 +100,12 @@ class Bodies:
         self._stood = list[Any]()  # poses of fixed bodies when all bodies were found to be far apart
         self._last, self._after = [NOTHING] * len(self.keys), [()] * len(self.keys)  # read before and after a step
 
-    def read_masses(self, rows: Iterable[int]) -> None:
+    def read_masses(self, these: Iterable[int]) -> None:
         """Read masses and inertias of bodies without joints; wake those that have others than before.
 
         Bodies that have got a mass, or lost it, keep the old one: `outdated` is then set.
         """
-        for k in rows:
+        for k in these:
             mass, moments = _mass_of(self.keys[k], self._client)
             if (mass, *moments) == MASS_FORMAT.unpack_from(self._bytes, k * SIZE + MASS):
                 continue
@@ -152,16 +129,16 @@ class Bodies:
         return any(one.inertias() != one.known for one in self.trees)
 
     def take_step(self) -> int:
-        """Step PyBullet, then the world with the accelerations of that step; return as `apply.write_bodies`."""
+        """Step PyBullet, then the world with the accelerations of that step; return as `hooks.write_bodies`."""
         if not (self._simple and self._parameters):
             self._read_parameters()
         sleep = self._sleep and not self._read()
         pushed = PASSED if self._flies else 0 if sleep else self._begin_step()
-        if sleep:  # the last push again
-            for apply in self._pushes:
+        if not self._flies:
+            if not sleep:
+                self._pushes = self._calls_to_push(pushed) if pushed > 0 else []
+            for apply in self._pushes:  # if all bodies sleep, the last push again
                 apply()
-        elif pushed > 0:
-            self._push(pushed)
         for one in self.trees:
             one.apply_push()
         STEP_BULLET(self._client)
@@ -178,9 +155,9 @@ class Bodies:
         for one in self.trees:
             one.read_forces(self.dt)
         done = self._finish_step()
-        self._sleep = done == ASLEEP and self._simple
-        if done >= FLAGS:
-            self._put(done // FLAGS)
+        self._sleep = done == rows.ASLEEP and self._simple
+        if done >= rows.FLAGS:
+            self._put(done // rows.FLAGS)
         for one in self.trees:
             one.write_back(self.dt, self._is_pressed(one))
         return done
@@ -188,7 +165,7 @@ class Bodies:
     def _begin_step(self) -> int:
         """Read all bodies and set those of the world; return how many are to be pushed, or PASSED."""
         for one in self.trees:
-            one.start = one.read()
+            one.read(one.start)
         self._read()
         return self._set_bodies()
 
@@ -197,9 +174,9 @@ class Bodies:
         pushed = begin_step(self._head_at)
         if pushed == PASSED:
             return pushed
-        if pushed == NOT_FINITE:
+        if pushed == rows.NOT_FINITE:
             self._refuse()
-        found = pushed == PLACED
+        found = pushed == rows.PLACED
         for one in self.trees:
             one.begin_step(self._head["gravity"][0])
             one.set_tree(self.dt)
@@ -219,7 +196,7 @@ class Bodies:
         if known == self._parameters:
             return False
         self.dt, self._parameters = known[0], known
-        STEP_FORMAT.pack_into(self._head, STEP_AT, *known)
+        self._head["dt"], self._head["gravity"] = self.dt, known[1:]
         return True
 
     def _fly(self) -> bool:
@@ -230,9 +207,7 @@ class Bodies:
         """
         if not self._flies:
             self._note_fixed()
-        for pose, write in self._poses:
-            x, q = pose()
-            write(*x, *q)
+        self._read_poses()
         done = has_flown(self._head_at) if [pose() for pose in self._fixed] == self._stood else STRAYED
         if done == STRAYED:
             self._read()
@@ -250,19 +225,17 @@ class Bodies:
         self._stood = [pose for pose, _ in self._last[len(self._heavy) : len(self._readers)]]
 
     def _finish_step(self) -> int:
-        """Take the step of the world; return as `apply.write_bodies`."""
+        """Take the step of the world; return as `hooks.write_bodies`."""
         while (done := finish_step(self._head_at)) < 0:
-            if done == NOT_FINITE:
+            if done == rows.NOT_FINITE:
                 self._refuse()
-            if done == NO_ROOM and not PENDING_ERROR:  # the truth of PENDING_ERROR raises an error that was stored
+            if done == rows.NO_ROOM and not PENDING_ERROR:  # whose truth raises an error that was stored
                 self.bind(with_more_room(self.arrays))
                 continue
             if self._simple and self._read_parameters():
                 begin_step(self._head_at)
-            if done == OTHERS:
-                for k, (pose, _, _) in zip(self._heavy, self._readers, strict=False):
-                    x, q = pose()
-                    POSE_FORMAT.pack_into(self._bytes, k * SIZE + AFTER, *x, *q)
+            if done == rows.OTHERS:
+                self._read_poses()
                 self.read_masses(np.flatnonzero(self.rows["disturbed"] == 2).tolist())
         return done
 
@@ -298,19 +271,23 @@ class Bodies:
             self.read_masses(moved)
         return new
 
-    def _push(self, number: int) -> None:
-        """Apply forces and torques to the first `number` selected bodies."""
-        rows, client, force, torque = self._bytes, self._client, p.applyExternalForce, p.applyExternalTorque
-        self._pushes = []
+    def _read_poses(self) -> None:
+        """After Bullet's step: read the poses of bodies that have a mass."""
+        for pose, write in self._poses:
+            x, q = pose()
+            write(*x, *q)
+
+    def _calls_to_push(self, number: int) -> list[Callable[[], Any]]:
+        """Return calls that apply forces and torques to the first `number` selected bodies."""
+        calls, client, frame = [], self._client, p.WORLD_FRAME
         for k in self._selected_rows[:number]:
             body, at = self.keys[k][0], k * SIZE
-            fx, fy, fz, tx, ty, tz = SIX_FORMAT.unpack_from(rows, at + FORCE)
-            place = POSITION_FORMAT.unpack_from(rows, at + BEFORE)
-            self._pushes.append(partial(force, body, BASE, (fx, fy, fz), place, FRAME, client))
+            fx, fy, fz, tx, ty, tz = SIX_FORMAT.unpack_from(self._bytes, at + FORCE)
+            place = POSITION_FORMAT.unpack_from(self._bytes, at + BEFORE)
+            calls.append(partial(p.applyExternalForce, body, BASE, (fx, fy, fz), place, frame, client))
             if tx != 0.0 or ty != 0.0 or tz != 0.0:
-                self._pushes.append(partial(torque, body, BASE, (tx, ty, tz), FRAME, client))
-        for apply in self._pushes:
-            apply()
+                calls.append(partial(p.applyExternalTorque, body, BASE, (tx, ty, tz), frame, client))
+        return calls
 
     def _put(self, number: int) -> None:
         """Set pose and velocity of the first `number` selected bodies to where they are `left`."""

@@ -13,13 +13,11 @@ import pybullet as p
 from contactlaw import checks
 from contactlaw.jit import INTERPRETED
 from contactlaw.pair import ContactPair, ContactWarning
-from contactlaw.pybullet_callback.contact import Contact, ContactState, sets_of
-from contactlaw.pybullet_callback.groups import set_groups
+from contactlaw.pybullet_callback.contact import Contact, ContactState, Tags, set_groups, sets_of
 from contactlaw.pybullet_callback.rows import LISTED, NOTED
 from contactlaw.pybullet_callback.scene import Saved, Scene
 from contactlaw.pybullet_callback.shapes import client_of, engine_parameters, read_sides
 from contactlaw.pybullet_callback.stepping import NEXT, STEP_BULLET, stepping, take
-from contactlaw.pybullet_callback.tags import Tags
 from contactlaw.world.building import CROWD_SUBSTEPS, LEAST_SUBSTEPS, SUBSTEPS
 from contactlaw.world.readout import Ledger
 
@@ -31,37 +29,18 @@ class ContactCallback:
         contact(); pybullet.stepSimulation()          once each, or
         with contact.stepping(): ...                  where an environment calls stepSimulation
 
-    All three take the same step.
+    All three take the same step: bodies are read, Bullet steps, which shows the accelerations by forces of the user,
+    damping, constraints and native contacts, then a world of the callback's own (`World`), which resolves impacts
+    however long the step is; bodies that contacts have touched are written back. Bullet's own response is disabled for
+    these pairs and only these.
 
-    The callback reads poses and velocities of the bodies, takes the step in a world of its own (`World`), which
-    resolves impacts however long the step is, and writes the bodies that contacts have touched back to PyBullet; all
-    others it leaves to PyBullet. Bullet's own response is disabled for these pairs and only these.
+    Position and velocity are right after the step: Bullet's velocity belongs to half a step before its position, g dt/2
+    behind in free fall, but with a closed contact it is the present one, zero for a body at rest.
 
-    Bullet steps first, so that the accelerations of its step are known: they include forces that the user applied,
-    damping, constraints and native contacts. Position and velocity are right after the step.
-
-    Bullet's velocity belongs to half a step before its position, g dt/2 behind in free fall. With a closed contact the
-    velocity is the present one: zero for a body at rest, whose position does not change in any digit.
-
-    Requirements and limits:
-      * numSubSteps must be 0 or 1. Time step and gravity are read at every step, unless a falling body shows them or
-        all bodies sleep.
-      * Spheres, capsules, boxes, cylinders, convex hulls of meshes and compounds of these touch each other and planes.
-        PyBullet measures any other shape, such as a concave mesh: it needs `pair.radius`, and only spheres may touch
-        it, and capsules if neither body is free without joints. A step then uses the tangent plane at the nearest
-        point. Without `pair.radius` a ball on a box's edge is warned of.
-      * Masses and inertias are read when bodies come near each other, and when a pressed body does not move as it
-        should; call `look` if they are changed in the step before an impact. For bodies with joints only the former
-        holds. A body whose mass becomes zero, or is zero no longer, can be pushed no longer, or again, a step later.
-      * Bullet's default damping and its limit of 100 m/s and 100 rad/s dissipate energy. Set
-        changeDynamics(body, -1, linearDamping=0, angularDamping=0, maxJointVelocity=1e6).
-      * Removing a contact enables the native response of its pairs, whatever collision groups say: earlier settings of
-        setCollisionFilterPair cannot be read.
-      * Remove a contact before its bodies. A removed body, or another body with its id, is an error at the next call if
-        the number of bodies has changed, or a body is not where it was, or after resetSimulation. Bodies carry a user
-        data entry for this.
-      * A body that is put deeper into another than a tenth of the radius, or than an impact at 5 m/s would compress it,
-        counts as just touching: that depth is subtracted from the overlap as long as it lasts.
+    Masses and inertias are read when bodies come near each other, and, without joints, when a pressed body does not
+    move as it should; call `look` if they are changed in the step before an impact. A body whose mass becomes zero, or
+    is zero no longer, can be pushed no longer, or again, a step later. docs/limits.md has what is not supported,
+    docs/shapes.md which shapes touch how.
 
     Args:
         client: Physics client id.
@@ -113,10 +92,10 @@ class ContactCallback:
             rounding: Radius [m] of the edges of boxes and cylinders, and so of their contacts with flat shapes, see
                 docs/shapes.md; None: a tenth of the smallest half length of each.
             groups: Whether to turn off Bullet's own response by collision groups, for sets of a hundred and more: one
-                call a body, where a rule for each pair takes some microseconds a pair, and less in each step. Groups
-                and masks that you gave these bodies are lost, and when the contact is removed they have Bullet's own; a
-                link and its parent in the sets do not touch, whatever the flags of the URDF. There are 25 groups, and
-                each combination of sets with common members needs one.
+                call a body in place of a rule for each pair. Groups and masks that you gave these bodies are lost, and
+                when the contact is removed they have Bullet's own; a link and its parent in the sets do not touch,
+                whatever the flags of the URDF. There are 25 groups, and each combination of sets with common members
+                needs one.
 
         Returns:
             A handle for the other methods.
@@ -152,7 +131,10 @@ class ContactCallback:
         return handle
 
     def remove_contact(self, handle: int) -> None:
-        """Remove a contact and enable the native response of its pairs; its bodies may have been removed already."""
+        """Remove a contact and enable the native response of its pairs, whose settings before cannot be read.
+
+        Its bodies may have been removed already.
+        """
         contact = self._contact(handle)
         self._change({other: value for other, value in self._contacts.items() if other != handle})
         there = {body for body in contact.bodies if self._tags.is_there(body)}
@@ -246,9 +228,8 @@ class ContactCallback:
         if flags & LISTED and scene.bodies.near_masses_changed():
             self.look()
         if flags & NOTED:
-            for _, record in scene.contacts():
-                for two, text in scene.new_warnings(record):
-                    warnings.warn(f"{two}: {text}", ContactWarning, stacklevel=2)
+            for text in scene.new_warnings():
+                warnings.warn(text, ContactWarning, stacklevel=2)
 
     def stepping(self) -> AbstractContextManager[None]:
         """Let each `pybullet.stepSimulation` of this client be `step`, for environments that step PyBullet themselves.

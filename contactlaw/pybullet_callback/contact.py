@@ -1,7 +1,14 @@
-"""The contacts of a callback: one handle for a pair of bodies or two sets, and which pairs of them may touch."""
+"""The contacts of a callback: one handle for a pair of bodies or two sets, and which pairs of them may touch.
+
+Bullet's own response is off for just these pairs, by a rule for each, or, for sets of thousands, by collision groups,
+which cost one call a body: bodies that are members of the same sets form a class, each class has a group, and its mask
+leaves out the classes that its contacts hold. Bodies have tags, as PyBullet gives the id of a removed body to the next.
+"""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import partial
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -14,22 +21,25 @@ from contactlaw.world.data.records import CLOSED
 from contactlaw.world.near.sets import Sets
 
 Array = NDArray[np.float64]
+_NAMES = count()
+RULES = "contactlaw rules"  # entry of a body with pairs that have kept a rule from a contact that was removed
+HIGHEST, MOST = 30, 25  # bit of the first group, and number of groups above the six lowest bits, which Bullet names
+DEFAULT, STATIC, ALL = 1, 2, -1  # Bullet's groups of bodies that move and of others; all groups
+Class = tuple[bool, frozenset[tuple[int, int]]]  # whether it cannot move; numbers of contacts and of their sets
 
 
 @dataclass
 class ContactState:
-    """A contact at the end of the step, and its impulse within the step.
+    """A contact at the end of the step, and its impulse within the step; sums where shapes touch at several places.
 
     Attributes:
         a, b: Body and link of both sides.
         touching: Whether the bodies touched at any time within the step.
-        overlap: [m].
+        overlap: The deepest [m].
         normal_force: [N], >= 0.
         tangential_force: On A, world frame [N], shape (3,).
         impulse: On A over the step, world frame [N s], shape (3,).
         force: Mean over the step, impulse over time step [N], shape (3,).
-        history: A copy of the law's memory; where a capsule touches at two places, of the deeper one, and forces are
-            sums.
     """
 
     a: Key
@@ -40,19 +50,17 @@ class ContactState:
     tangential_force: Array = field(default_factory=lambda: np.zeros(3))
     impulse: Array = field(default_factory=lambda: np.zeros(3))
     force: Array = field(default_factory=lambda: np.zeros(3))
-    history: Array = field(default_factory=lambda: np.zeros(0))
 
-    def add(self, c: Any, impulse: Array, memory: Array, sign: float, dt: float) -> None:
+    def add(self, c: Any, impulse: Array, sign: float, dt: float) -> None:
         """Add a contact of the world with its impulse in the step dt [s]; sign: -1.0 if its A is this contact's b."""
-        own = c["touch"]["force"] if c["phase"] == CLOSED else 0.0
-        overlap = max(float(c["touch"]["overlap"]), 0.0) if c["phase"] == CLOSED else 0.0
         self.touching = True
         self.impulse += sign * impulse
+        self.force = self.impulse / dt if dt > 0.0 else self.force
+        own = c["touch"]["force"] if c["phase"] == CLOSED else 0.0
         self.tangential_force += sign * (c["force"] - own * c["normal"])
         self.normal_force += float(own)
-        self.force = self.impulse / dt if dt > 0.0 else self.force
-        if overlap >= self.overlap:
-            self.overlap, self.history = overlap, memory.copy()
+        if c["phase"] == CLOSED:
+            self.overlap = max(self.overlap, float(c["touch"]["overlap"]))
 
 
 @dataclass(eq=False)
@@ -65,7 +73,7 @@ class Contact:
     sets: Sets  # which of them may touch, by body and link
     fixed: set[int]  # bodies that cannot move
     rounding: float | None = None  # radius of edges [m]; None: see `world.shapes.description.ROUNDING`
-    groups: bool = False  # collision groups turn off Bullet's response (`groups`), rather than a rule for each pair
+    groups: bool = False  # collision groups turn off Bullet's response, rather than a rule for each pair
     # bodies whose pairs have a rule; rules go before groups, and can be changed but not removed
     ruled: set[int] = field(default_factory=set)
     told: set[tuple[Key, Key, str]] = field(default_factory=set)  # pairs that have been warned of, and the text
@@ -94,13 +102,8 @@ def sets_of(
 ) -> tuple[Sets, set[int]]:
     """Return which pairs of two sets may touch, and the set of bodies that cannot move, of which no two may.
 
-    Each of A may touch each of B, each pair once, but no link its parent. The sets follow changes of that set.
-
-    Args:
-        client: Physics client id.
-        a, b: Both sets.
-        pair: The contact, for its radius.
-        others: The other contacts of this client, with a name for messages.
+    Each of A may touch each of B, each pair once, but no link its parent. The sets follow changes of that set. others:
+    the other contacts of this client, with a name for messages.
 
     Raises:
         ValueError: A pair that another contact has; no pair at all; shapes that the law cannot serve or without a
@@ -136,3 +139,89 @@ def sets_of(
 
 def _fixed(client: int, bodies: set[int]) -> set[int]:
     return {body for body in bodies if not can_move(client, body)}
+
+
+def classes_of(contacts: list[Contact]) -> dict[Key, Class]:
+    """Return the class of each member of contacts, by body and link."""
+    fixed = set[int]().union(*(one.fixed for one in contacts))
+    member: dict[Key, set[tuple[int, int]]] = {}
+    for number, contact in enumerate(contacts):
+        for side, keys in enumerate((contact.sets.ones, contact.sets.twos)):
+            for key in keys:
+                member.setdefault(key, set()).add((number, side))
+    return {key: (key[0] in fixed, frozenset(where)) for key, where in member.items()}
+
+
+def set_groups(client: int, contacts: list[Contact], left: Iterable[Key] = ()) -> None:
+    """Set groups and masks of all members of contacts, and Bullet's own ones of those that have `left`.
+
+    Raises:
+        ValueError: There are more classes than groups; nothing has been changed.
+    """
+    classes = classes_of(contacts)
+    if len(set(classes.values())) > MOST:
+        raise ValueError(
+            f"groups: bodies of the contacts with groups are members of {len(set(classes.values()))} different "
+            f"combinations of sets, and PyBullet has {MOST} groups to spare; pass groups=False for small sets"
+        )
+    bits = {one: 1 << (HIGHEST - i) for i, one in enumerate(dict.fromkeys(classes.values()))}
+    masks = {one: ~sum(bit for two, bit in bits.items() if _apart(one, two)) for one in bits}
+    for key in left:
+        fixed = p.getDynamicsInfo(*key, client)[0] == 0.0
+        p.setCollisionFilterGroupMask(*key, *((STATIC, ~STATIC) if fixed else (DEFAULT, ALL)), client)
+    for key, one in classes.items():
+        p.setCollisionFilterGroupMask(*key, bits[one], masks[one] & (~STATIC if one[0] else ALL), client)
+
+
+def _apart(one: Class, two: Class) -> bool:
+    """Return whether Bullet's own response is off between two classes: a contact holds them, or neither can move."""
+    return (one[0] and two[0]) or any((number, 1 - side) in two[1] for number, side in one[1])
+
+
+class Tags:
+    """User data entries on the bodies of one callback.
+
+    Attributes:
+        bodies: Id of the entry by body.
+        text: Content of the entries.
+        first: Reads the entry of the first body, after `check`: another content after resetSimulation; cheap enough for
+            each step.
+    """
+
+    def __init__(self, client: int) -> None:
+        self._client, self._name = client, f"contactlaw {next(_NAMES)}"
+        self.text = self._name.encode()
+        self.bodies: dict[int, int] = {}
+
+    def add(self, bodies: Iterable[int]) -> None:
+        """Tag bodies."""
+        for body in set(bodies) - self.bodies.keys():
+            self.bodies[body] = p.addUserData(body, self._name, self._name, physicsClientId=self._client)
+
+    def remove(self, body: int) -> None:
+        """Remove the tag of a body, which may have been removed itself."""
+        if self.is_there(body):
+            p.removeUserData(self.bodies[body], self._client)
+        self.bodies.pop(body, None)
+
+    def is_there(self, body: int) -> bool:
+        """Return whether a body is still the one that was tagged."""
+        return body in self.bodies and p.getUserData(self.bodies[body], self._client) == self.text
+
+    def note_rules(self, bodies: set[int]) -> None:
+        """Note that pairs of bodies keep rules of setCollisionFilterPair, which can be changed but not removed."""
+        for body in bodies:
+            p.addUserData(body, RULES, RULES, physicsClientId=self._client)
+
+    def has_rules(self, body: int) -> bool:
+        """Return whether `note_rules` has noted a body."""
+        return p.getUserDataId(body, RULES, physicsClientId=self._client) >= 0
+
+    def check(self) -> None:
+        """Check that all bodies are there, and set `first`; ValueError if one is not."""
+        for body in (body for body in sorted(self.bodies) if not self.is_there(body)):
+            raise ValueError(
+                f"body {body}: removed, or no longer the one that a contact was added for (resetSimulation removes "
+                "all); call remove_contact before removing a body, or remove_all, and add what there is"
+            )
+        self.first = partial(p.getUserData, next(iter(self.bodies.values()), -1), self._client)

@@ -1,23 +1,8 @@
-"""The law in an existing URDF, with names of links in place of numbers.
-
-    import pybullet as p, pybullet_data
-    from contactlaw import MATERIALS, ContactPair
-    from contactlaw.pybullet_callback import ContactCallback, load_urdf
-
-    steel = ContactPair(MATERIALS["steel"], MATERIALS["steel"], friction=0.1)
-    p.connect(p.DIRECT)
-    p.setAdditionalSearchPath(pybullet_data.getDataPath())
-    floor, contact = p.loadURDF("plane.urdf"), ContactCallback()
-    ball = load_urdf(contact, "sphere_small.urdf", [("*", floor, steel)]).body
-
-Then call `contact.step()` in place of stepSimulation. For bodies that are loaded already:
-`contact.add_contact(links_of(robot, "*_wheel"), links_of(floor), pair)`.
-"""
+"""The law in an existing URDF, with names of links in place of numbers: docs/pybullet.md has an example."""
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pybullet as p
@@ -34,14 +19,8 @@ Contacts = Sequence[tuple[Names, Other, ContactPair] | tuple[Names, Other, Conta
 UNDAMPED = {"linearDamping": 0.0, "angularDamping": 0.0, "maxJointVelocity": 1e6}
 
 
-@dataclass(frozen=True)
-class Loaded:
-    """A loaded body with contacts of the law.
-
-    Attributes:
-        body: PyBullet's id.
-        handles: Handles of the contacts, in the order given, for `ContactCallback.state` and the like.
-    """
+class Loaded(NamedTuple):
+    """A loaded body by PyBullet's id, and the handles of its contacts, in the order given."""
 
     body: int
     handles: tuple[int, ...]
@@ -49,7 +28,7 @@ class Loaded:
 
 def load_urdf(
     callback: ContactCallback, path: str | os.PathLike[str], contacts: Contacts, *, undamped: bool = True,
-    settings: Mapping[str, Any] | None = None, **options: Any,
+    **options: Any,
 ) -> Loaded:  # fmt: skip
     """Load a URDF and let links of it touch by the law; Bullet finds the files that it refers to beside it.
 
@@ -58,10 +37,9 @@ def load_urdf(
         path: The file; Bullet also searches the folders of setAdditionalSearchPath.
         contacts: Each (links, other, pair); links as for `links_of`; other: a loaded body, or bodies, or (body, link),
             as for `ContactCallback.add_contact`; or names of other links of this URDF. A fourth entry, a dict, holds
-            settings for this contact alone.
+            settings of `add_contact`: substeps, rounding.
         undamped: Whether to set Bullet's default damping, which dissipates energy in flight, to zero, and to raise its
             limit of velocities. Damping of joints stays as the URDF has it.
-        settings: Those of `add_contact`, for all contacts: substeps, rounding.
         options: Those of `pybullet.loadURDF`: basePosition, useFixedBase, globalScaling, ...
 
     Raises:
@@ -69,7 +47,6 @@ def load_urdf(
     """
     checks.instance("callback", callback, ContactCallback)
     checks.instance("path", path, str, os.PathLike)
-    checks.instance("settings", {} if settings is None else settings, Mapping)
     if isinstance(contacts, str | bytes) or not isinstance(contacts, Sequence) or not contacts:
         raise ValueError(f"contacts = {contacts!r}: must be a sequence of (links, other, pair), not empty")
     checks.truth("undamped", undamped)
@@ -90,8 +67,7 @@ def load_urdf(
             twos: Any = entry[1]
             if _are_names(twos):
                 twos = links_of(body, twos, client=client, argument=f"contacts[{number}], other")
-            last = checks.instance(f"contacts[{number}], settings", entry[3], Mapping) if len(entry) == 4 else {}
-            own = {**(settings or {}), **last}
+            own = checks.instance(f"contacts[{number}], settings", entry[3], Mapping) if len(entry) == 4 else {}
             try:
                 handles.append(callback.add_contact(ones, twos, entry[2], **own))
             except ValueError as error:
@@ -144,7 +120,7 @@ def links_of(body: int | Iterable[int], *names: Names, client: int = 0, argument
             or with one that PyBullet does not tell (docs/limits.md).
     """
     client = shapes.client_of(client)
-    given = body if np.iterable(body) and not isinstance(body, str | bytes) else [body]
+    given: Any = body if shapes.holds(body) else [body]
     bodies = [shapes.identity("body", one, shapes.bodies_of(client), "the bodies of this client") for one in given]
     if not bodies:
         raise ValueError(f"body = {body!r}: holds no bodies; must hold one or more")

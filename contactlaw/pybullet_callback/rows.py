@@ -1,4 +1,4 @@
-"""Records of bodies that Python and the compiled hooks `read` and `apply` share.
+"""Records of bodies that Python and the compiled `hooks` share.
 
 Bullet steps v <- v + dt a, then x <- x + dt v: its velocity belongs to half a step before its position, and x1 = x0 +
 dt (v0 + dt a) is a parabola if the velocity at x0 is v0 + dt/2 a. So velocities are read and written; but if a contact

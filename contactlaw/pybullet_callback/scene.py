@@ -35,17 +35,9 @@ class Saved(NamedTuple):
 
 
 class Scene:
-    """The world of the contacts of a callback.
+    """The world of the contacts of a callback, by handle, and its `bodies` in PyBullet; moves, check: see `Bodies`.
 
-    Args:
-        client: Physics client id.
-        contacts: By handle.
-        old: The scene before a change of the contacts; the state of contacts and bodies that remain is taken over.
-        moves, check: See `Bodies`.
-        crowd_substeps: See `World`.
-
-    Attributes:
-        bodies: Its bodies in PyBullet.
+    Of the scene before a change of the contacts, `old`, it takes over the state of contacts and bodies that remain.
     """
 
     def __init__(
@@ -126,41 +118,37 @@ class Scene:
             added = True
             measured.append(Measured(one, other, self._row[one.key], row, ends, planes))
 
-    def _contact(self, pair: int) -> Contact:
-        """Return the contact of a pair of materials in the world."""
-        return self._contacts[self._handles[pair]]
-
-    def contacts(self, handle: int | None = None) -> Iterator[tuple[int, Any]]:
-        """Yield slots and records of contacts that are closed or parted in the last step, of one handle or all."""
+    def _contacts_of(self, handle: int | None) -> Iterator[Any]:
+        """Yield records of contacts that are closed or parted in the last step, of one handle or (None) all."""
         records = self.bodies.arrays.contacts
-        for slot in np.flatnonzero(records["phase"] != FREE).tolist():
-            if handle is None or records["pair"][slot] == self._handles.index(handle):
-                yield slot, records[slot]
+        for record in records[records["phase"] != FREE]:
+            if handle is None or record["pair"] == self._handles.index(handle):
+                yield record
 
     def sides_of(self, record: Any) -> tuple[Contact, Side, Side, float]:
         """Return the user's contact of a contact of the world, its sides a and b, and -1.0 if b is the world's A."""
         one, two = (self._side_of[int(record[name])] for name in ("shape_a", "shape_b"))
-        contact, sign = self._contact(record["pair"]), 1.0
+        contact, sign = self._contacts[self._handles[record["pair"]]], 1.0
         if contact.sets.reversed(one, two):
             one, two, sign = two, one, -1.0
         return contact, contact.sides[one], contact.sides[two], sign
 
-    def new_warnings(self, record: Any) -> Iterator[tuple[str, str]]:
-        """Yield warnings about a contact that have not been given for its two sides: the sides, and the text."""
-        contact, one, two, _ = self.sides_of(record)
-        for bit, text in DOUBTFUL.items():
-            if int(record["noted"]) & bit and (one.key, two.key, text) not in contact.told:
-                contact.told.add((one.key, two.key, text))
-                yield f"{one} and {two}", text.format(doubt_value(record, bit))
+    def new_warnings(self) -> Iterator[str]:
+        """Yield warnings about contacts that have not been given for their two sides."""
+        for record in self._contacts_of(None):
+            contact, one, two, _ = self.sides_of(record)
+            for bit, text in DOUBTFUL.items():
+                if int(record["noted"]) & bit and (one.key, two.key, text) not in contact.told:
+                    contact.told.add((one.key, two.key, text))
+                    yield f"{one} and {two}: {text.format(doubt_value(record, bit))}"
 
     def states(self, handle: int | None, *these: tuple[Key, Key]) -> list[ContactState]:
         """Return the contacts of a handle, None: of all, that touched in the last step, and those of `these` anyway."""
         out, arrays = {both: ContactState(*both) for both in these}, self.bodies.arrays
-        for slot, record in self.contacts(handle):
+        for record in self._contacts_of(handle):
             _, one, two, sign = self.sides_of(record)
             state = out.setdefault((one.key, two.key), ContactState(one.key, two.key))
-            impulse = mean_impulses(arrays.bodies, record, self.bodies.dt)
-            state.add(record, impulse, arrays.memory[slot], sign, self.bodies.dt)
+            state.add(record, mean_impulses(arrays.bodies, record, self.bodies.dt), sign, self.bodies.dt)
         return list(out.values())
 
     def ledger(self, handle: int) -> Ledger:
@@ -176,11 +164,7 @@ class Scene:
         return Saved(tuple(self.shapes), self._handles, arrays, bodies.rows.copy(), jointed)
 
     def restore(self, saved: Saved) -> None:
-        """Set the state to a saved one.
-
-        Raises:
-            ValueError: It is not of these contacts.
-        """
+        """Set the state to a saved one; ValueError if it is not of these contacts."""
         if not isinstance(saved, Saved) or (saved.shapes, saved.handles) != (tuple(self.shapes), self._handles):
             raise ValueError("saved: is not what `save` gave, or contacts have been added or removed since")
         bodies = self.bodies

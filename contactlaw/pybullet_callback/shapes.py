@@ -21,18 +21,14 @@ BASE = -1
 DEFAULT_MARGIN = 0.04  # [m], CONVEX_DISTANCE_MARGIN of Bullet's btCollisionMargin.h
 MULTIBODY = 2  # body type in the result of getDynamicsInfo
 OTHER_BODY_TYPES = {
-    0: "without a body type",
-    1: "made with useMaximalCoordinates, whose mass cannot be read",
-    3: "a soft body",
-}
+    0: "without a body type", 1: "made with useMaximalCoordinates, whose mass cannot be read", 3: "a soft body",
+}  # fmt: skip
 
 KINDS = {p.JOINT_REVOLUTE: "hinge", p.JOINT_PRISMATIC: "slide", p.JOINT_SPHERICAL: "ball"}
 SHAPE_NAMES = {
     p.GEOM_SPHERE: "sphere", p.GEOM_BOX: "box", p.GEOM_CYLINDER: "cylinder", p.GEOM_MESH: "mesh",
     p.GEOM_PLANE: "plane", p.GEOM_CAPSULE: "capsule", p.GEOM_HEIGHTFIELD: "heightfield",
 }  # fmt: skip
-WITH_RADIUS = "sphere, capsule, plane, box, cylinder"
-PIECES = "compound of such"
 
 
 class JointInfo(NamedTuple):
@@ -101,11 +97,7 @@ def name_of(key: Key) -> str:
 
 
 def engine_parameters(client: int) -> dict[str, Any]:
-    """Return PyBullet's parameters of the next step.
-
-    Raises:
-        ValueError: The step has substeps.
-    """
+    """Return PyBullet's parameters of the next step; ValueError if it has substeps."""
     parameters = p.getPhysicsEngineParameters(client)
     if parameters["numSubSteps"] > 1:
         raise ValueError(
@@ -116,17 +108,15 @@ def engine_parameters(client: int) -> dict[str, Any]:
 
 
 def read_sides(client: int, which: str, bodies: Any, link: Any) -> list[Side]:
-    """Return the sides of one set: a body, or several, as id or (body, link).
-
-    which: "a" or "b", for messages; link: of bodies given as an id.
+    """Return the sides of one set: a body, or several, as id or (body, link); link: of bodies given as an id.
 
     Raises:
         ValueError: No such body or link, no collision shape, not a multibody, a planar joint, a joint without mass, or
-            an empty set.
+            an empty set; the message names which set, "a" or "b".
     """
     there, sides = bodies_of(client), dict[Key, Side]()
-    for entry in bodies if _holds(bodies) else [(bodies, link)]:
-        members = list(entry) if _holds(entry) else [entry, link]
+    for entry in bodies if holds(bodies) else [(bodies, link)]:
+        members = list(entry) if holds(entry) else [entry, link]
         if len(members) != 2:
             raise ValueError(f"body_{which}: holds {entry!r}; each must be a body or (body, link)")
         side = read_side(client, which, members[0], members[1], there)
@@ -141,7 +131,8 @@ def bodies_of(client: int) -> set[int]:
     return {p.getBodyUniqueId(i, client) for i in range(p.getNumBodies(client))}
 
 
-def _holds(value: Any) -> bool:
+def holds(value: Any) -> bool:
+    """Return whether a value holds several bodies, or numbers of one."""
     return np.iterable(value) and not isinstance(value, str | bytes)
 
 
@@ -149,21 +140,20 @@ def read_side(client: int, which: str, body: Any, link: Any, there: set[int]) ->
     """Check the ids of one side and read its shape; there: ids of all bodies; errors as for `read_sides`."""
     # checked first: PyBullet's getDynamicsInfo of a link that does not exist ends the process
     body = identity(f"body_{which}", body, there, "the bodies of this client")
-    joints = p.getNumJoints(body, client)
-    link = identity(f"link_{which}", link, range(BASE, joints), f"-1 (the base) and the links of body {body}")
+    joints = joints_of(body, client)
+    link = identity(f"link_{which}", link, range(BASE, len(joints)), f"-1 (the base) and the links of body {body}")
     kind = p.getDynamicsInfo(body, BASE, client)[10]
     if kind != MULTIBODY:
         what = OTHER_BODY_TYPES.get(kind, f"of type {kind}")
         raise ValueError(f"body_{which} = {body}: {what}; must be a multibody, as createMultiBody and loadURDF give")
-    if any(joint.kind == p.JOINT_PLANAR for joint in joints_of(body, client)):
+    if any(joint.kind == p.JOINT_PLANAR for joint in joints):
         raise ValueError(f"body_{which} = {body}: has a planar joint, whose inertia cannot be read; others are allowed")
     if name := massless(client, body):
         raise ValueError(f"body_{which} = {body}: its link {name!r} has a joint and no mass; give it one")
     shapes = collision_shapes(client, body, link)
     if not shapes:
         raise ValueError(f"body_{which} = {body}, link_{which} = {link}: has no collision shape to touch with")
-    joint = None if link == BASE else joints_of(body, client)[link]
-    own = (body, link, joint.link, (body, joint.parent)) if joint else (body, link, "", None)
+    own = (body, link, "", None) if link == BASE else (body, link, joints[link].link, (body, joints[link].parent))
     kinds = [SHAPE_NAMES.get(kind, f"shape of type {kind}") for _, _, kind, *_ in shapes]
     numbers = range(len(kinds)) if len(kinds) > 1 else [BASE]
     found = [
@@ -175,13 +165,12 @@ def read_side(client: int, which: str, body: Any, link: Any, there: set[int]) ->
     all_points = p.getMeshData(body, link, physicsClientId=client)[0] if points else 0
     # more than those of the pieces where one of several meshes is a compound itself
     if points == all_points and len(pieces) == len(shapes):
-        return Side(*own, kinds[0] if len(kinds) == 1 else PIECES, pieces)
+        return Side(*own, kinds[0] if len(kinds) == 1 else "compound of such", pieces)
     shape = "compound" if len(kinds) > 1 else "concave mesh" if kinds[0] == "mesh" else kinds[0]
     base = link == BASE
     centre, *_ = p.getBasePositionAndOrientation(body, client) if base else p.getLinkState(body, link, 0, 1, client)
-    corners = np.array(p.getAABB(body, link, client))
-    reach = float(np.linalg.norm(np.abs(corners - np.array(centre)).max(axis=0)))
-    return Side(*own, shape, (), reach)
+    corners = np.abs(np.subtract(p.getAABB(body, link, client), centre))
+    return Side(*own, shape, (), float(np.linalg.norm(corners.max(axis=0))))
 
 
 def massless(client: int, body: int) -> str:
@@ -284,7 +273,7 @@ def check_served(pair: ContactPair, a: Side, b: Side, free: bool) -> None:
         if side.measured and pair.radius is None:
             raise ValueError(
                 f"radius = None: {side} (body_{name}) is a {side.shape}, without one radius of curvature; "
-                f"give the pair an effective radius [m], or use a {WITH_RADIUS}"
+                "give the pair an effective radius [m], or use a sphere, capsule, plane, box, cylinder"
             )
 
 
@@ -302,11 +291,6 @@ def joints_of(body: int, client: int) -> list[JointInfo]:
 def pose_of(position: tuple[float, ...], quaternion: tuple[float, ...]) -> Pose:
     """Return a pose from PyBullet's position and quaternion, scalar last."""
     return Pose(np.array(position), np.array([quaternion[3], *quaternion[:3]]))
-
-
-def rotation(quaternion: tuple[float, ...]) -> Array:
-    """Return the rotation matrix, shape (3, 3), of a quaternion, scalar last."""
-    return np.array(p.getMatrixFromQuaternion(quaternion)).reshape(3, 3)
 
 
 FAR = -1e6  # [m], offset along the normal of a plane that nothing touches

@@ -4,8 +4,8 @@ As for free bodies (`rows`), Bullet's velocity belongs to half a step before its
 written back likewise, except where a contact is closed. With M(q) a + c(q, v) = f, the force on the joints besides
 gravity and contacts is f = M (a - a0), where a0 is the acceleration of the model alone and a that of Bullet: of the
 step that Bullet has taken, or, before it steps, of the last one. If contacts change the velocities by u dt, they are
-applied as the generalised force M u: for a joint a couple, or a pair of forces, on the two bodies that it connects, for
-a free base a force and a couple.
+applied as the generalised force M u: on joints by torque control, which adds to that of the user, and on a free base by
+a force and a couple.
 
 A motor of PyBullet is a constraint: it keeps the speed of its joint with up to its greatest force. In a contact within
 a step such a joint is given an armature that is heavy against what it carries. (A constant force instead would come a
@@ -18,33 +18,51 @@ else a finger would press what it meets with many times the force of its motor.
 """
 
 from collections.abc import Sequence
-from math import isfinite
+from math import inf, isfinite
 from typing import Any
 
 import numpy as np
 import pybullet as p
 
-from contactlaw.pybullet_callback.jointed import (
-    KEPT,
-    NUMBERS,
-    OWN,
-    find_end,
-    set_at_start,
-    spread_push,
-    take_response,
-    take_start,
-)
+from contactlaw.jit import jit_module
+from contactlaw.laws.record import record
+from contactlaw.memory import element
 from contactlaw.pybullet_callback.shapes import BASE, KINDS, Key, joints_of, pose_of
 from contactlaw.world import World
+from contactlaw.world.bodies.motion import settle
+from contactlaw.world.data.access import axis_at, body_at, joint_at, link_at, tree_at, world_at
 from contactlaw.world.data.frames import CONJUGATE, IDENTITY, UNTURNED, Pose
-from contactlaw.world.data.records import BALL, SLIDE, Array, Arrays
-from contactlaw.world.trees.coordinates import numbers
+from contactlaw.world.data.quaternion import load4, turn_by
+from contactlaw.world.data.records import BALL, Array, Arrays
+from contactlaw.world.data.vec import load, store
+from contactlaw.world.near.following import overlaps
 from contactlaw.world.trees.description import Joint, Part, records_of
+from contactlaw.world.trees.implicit import add_masses
+from contactlaw.world.trees.kinematics import is_free, vector
+from contactlaw.world.trees.mobility import clear, copy
 from contactlaw.world.trees.motion import LARGEST_TURN, MOST
 
 MOST_TURN = LARGEST_TURN * MOST  # [rad] or [m] in a step that the flight of a tree of the world can follow
 LEAST_INERTIA = 1e-12  # [m^2], of moments of inertia over mass
 UP = (0.0, 0.0, 1.0)
+EXACT = 1e-9  # relative difference of a coordinate that counts as rounding
+CARRIES = 0.01  # a motor holds its joint if less than this share of its torque accelerates the inertia that it carries
+HELD = 1e3  # armature of a joint that a motor holds, over the inertia that it carries
+
+# lengths are numbers of coordinates (q), of velocities (v), and of hinges and slides (m)
+KEPT = {"left": "q", "force": "v", "push": "v", "last_torque": "m", "limit": "m", "strongest": "m"}
+"""What lasts from a step to the next: coordinates as the last step left them."""
+NUMBERS = KEPT | {
+    "start_q": "q", "start_v": "v", "after_q": "q", "after_v": "v", "torque": "m",  # as read before and after the step
+    "free_acceleration": "v", "matrix": "vv",  # by the forces known at the start of the step; mass matrix there
+    "new_q": "q", "new_v": "v", "gained": "v",  # to be written; acceleration that Bullet's velocities show
+}  # fmt: skip
+"""Arrays of a tree besides those of the world, by name, and their shapes."""
+
+OWN = record(tree="u8", **dict.fromkeys(NUMBERS, "u8"))
+"""Addresses of a tree's record in the world and of its arrays."""
+
+own_at = element(OWN)
 
 
 def turned(turn: Sequence[float], a: Sequence[float], inverse: bool = False) -> tuple[float, float, float]:
@@ -100,7 +118,7 @@ class Tree:
         self.joints = self.rows.joints[["kind", "first_q", "first_axis"]].tolist()
         self._joint_links, self._kinds = self.heads[self.free :], self.joints[4 * self.free :]
         motors = sum(kind != BALL for kind, _, _ in self._kinds)
-        sizes = {"q": self.q_size, "v": self.v_size, "m": motors, "n": self.rows.links.size, "3": 3}
+        sizes = {"q": self.q_size, "v": self.v_size, "m": motors}
         own = {name: np.zeros([sizes[one] for one in shape]) for name, shape in NUMBERS.items()}
         self._own: Any = np.zeros(1, OWN)
         for name, values in own.items():
@@ -110,11 +128,8 @@ class Tree:
         self.left, self.force, self.push, _, limit, _ = self._kept.values()
         self.left[:], limit[:] = np.nan, np.inf
         self.free_acceleration, self.matrix = own["free_acceleration"], own["matrix"]
-        self.start = self.left, np.zeros(self.v_size)  # coordinates and velocities at the start of the step
+        self.start = own["start_q"], own["start_v"]  # coordinates and velocities at the start of the step
         self.placed = self.pressed = False
-        before = self.rows.links["parent"].tolist()
-        owners = np.repeat(np.arange(len(before)), self.rows.links["axes"]).tolist()
-        self._translations = [(k, owners[k], before[owners[k]]) for kind, _, k in self.joints if kind == SLIDE]
 
     def add_to(self, world: World) -> list[Key]:
         """Add its tree to a world, whose bodies get consecutive numbers; return body and link of each."""
@@ -142,8 +157,8 @@ class Tree:
         i = self.links.index(link)
         return int(self.rows.row[i]), Pose(self.rows.at[i], self.rows.quaternion[i])
 
-    def read(self) -> tuple[Array, Array]:
-        """Return coordinates and velocities as PyBullet has them; read `torque` of the motors of hinges and slides."""
+    def read(self, out: tuple[Array, Array]) -> tuple[Array, Array]:
+        """Read coordinates and velocities from PyBullet, and `torque` of the motors of hinges and slides."""
         q: list[float] = []
         v: list[float] = []
         if self.free:
@@ -162,7 +177,8 @@ class Tree:
             self._numbers["torque"][:] = torques
         if not isfinite(sum(q) + sum(v)):
             raise ValueError(f"body {self.body}: its joints' positions or velocities are not finite")
-        return np.array(q), np.array(v)
+        out[0][:], out[1][:] = q, v
+        return out
 
     def write(self, q: Array, v: Array) -> None:
         """Set coordinates and velocities in PyBullet."""
@@ -181,14 +197,11 @@ class Tree:
 
     def bind(self, world: Arrays) -> None:
         """Find its numbers in the arrays of a world, before each step for which they are others."""
-        self._q = numbers(world, self.number, "q")
-        self._centres = world.bodies["position"][self.first + 1 :][: self.rows.links.size]
         self._tree, self._world_block = world.trees[self.number], world.world.ctypes.data
         self._own["tree"] = world.trees.ctypes.data + self.number * world.trees.itemsize
 
     def begin_step(self, gravity: Array) -> None:
         """Take the state at the start of a step, and see whether the user has moved it since the last one."""
-        self._numbers["start_q"][:], self._numbers["start_v"][:] = self.start
         self.placed = take_start(self._block)
         self.pressed = self.pressed and not self.placed
         self._tree["gravity"] = gravity
@@ -202,13 +215,12 @@ class Tree:
 
     def read_forces(self, dt: float) -> None:
         """After Bullet's step: find the forces on the joints within it."""
-        q, v = self.read()
+        _, v = self.read((self._numbers["after_q"], self._numbers["after_v"]))
         if (turn := dt * np.abs(v).max()) > MOST_TURN:
             raise ValueError(
                 f"body {self.body}: PyBullet's step has brought it to {turn:.3g} rad or m a step; its joints may have "
                 "more damping than Bullet is stable with (changeDynamics: jointDamping)"
             )
-        self._numbers["after_q"][:], self._numbers["after_v"][:] = q, v
         take_response(self._block, dt, 0.0 if self.pressed else 0.5 * dt)
 
     def write_back(self, dt: float, pressed: bool) -> None:
@@ -218,22 +230,170 @@ class Tree:
             self.write(self._numbers["new_q"], self._numbers["new_v"])
 
     def apply_push(self) -> None:
-        """Apply the push of the last step's contacts again, if one is closed, at the present pose of the world's tree.
-
-        It consists of forces and torques on links.
-        """
+        """Apply the push of the last step's contacts again, if one is closed: on joints, and on a free base."""
         if not self.pressed:
             self.push[:] = 0.0
-        if not spread_push(self._block):
+        if not self.push.any():
             return
-        forces, centres = self._numbers["forces"].tolist(), self._centres.tolist()
-        for k, owner, parent in self._translations:
-            # on a free base at its own frame, about which spin is reckoned; fixed links shift the centre of mass
-            place = self._q[:3].tolist() if self.free and owner == 0 else centres[owner]
-            for member, sign in ((owner, 1.0), (parent, -1.0)):
-                if member >= 0:
-                    x, y, z = forces[k]
-                    push = sign * x, sign * y, sign * z
-                    p.applyExternalForce(self.body, self.heads[member], push, place, p.WORLD_FRAME, self._client)
-        for link, moment in zip(self.heads, self._numbers["moments"].tolist(), strict=True):
-            p.applyExternalTorque(self.body, link, moment, p.WORLD_FRAME, self._client)
+        push = self.push.tolist()
+        if self._joint_links:
+            p.setJointMotorControlMultiDofArray(
+                self.body, self._joint_links, p.TORQUE_CONTROL, physicsClientId=self._client,
+                forces=[push[k : k + 3] if kind == BALL else [push[k]] for kind, _, k in self._kinds],
+            )  # fmt: skip
+        if self.free:
+            x, y, z, w, *turn = self.start[0][:7].tolist()
+            p.applyExternalForce(self.body, BASE, push[:3], (x, y, z), p.WORLD_FRAME, self._client)
+            p.applyExternalTorque(self.body, BASE, turned((*turn, w), push[3:6]), p.WORLD_FRAME, self._client)
+
+
+def take_start(block):
+    """Return whether the user has moved the tree since the last step; if so it is neither pushed nor forced."""
+    own = own_at(block, 0)
+    t = tree_at(own.tree, 0)
+    if is_left(own, t):
+        return False
+    clear(vector(own.force, t.v_size))
+    clear(vector(own.push, t.v_size))
+    return True
+
+
+def is_left(own, t):
+    """Return whether the coordinates are those that the last step left; NaN is not."""
+    q, left, most = vector(own.start_q, t.q_size), vector(own.left, t.q_size), 0.0
+    for k in range(t.q_size):
+        most = max(most, abs(q[k]))
+    close = 0.5 * EXACT * (1.0 + most)
+    for i in range(t.joint_count):
+        joint = joint_at(t.joints, i)
+        ball, first = joint.kind == BALL, joint.first_q
+        for k in range(first, first + 4 if ball else first + 1):
+            other = abs(left[k] + q[k]) if ball else inf  # a quaternion and its negative are the same rotation
+            if not min(abs(left[k] - q[k]), other) <= close:
+                return False
+    return True
+
+
+def set_at_start(block, lag):
+    """Set the world's tree at the start of the step, `lag` [s] after the time of its velocity, and find its matrix."""
+    own = own_at(block, 0)
+    t = tree_at(own.tree, 0)
+    set_start(own, t, lag)
+    m = vector(own.matrix, (t.v_size, t.v_size))
+    m[:] = 0.0
+    add_masses(t, m)
+
+
+def set_start(own, t, lag):
+    """Set the world's tree at the start of the step, with `force`."""
+    free, v = vector(own.free_acceleration, t.v_size), vector(own.new_v, t.v_size)
+    copy(vector(own.force, t.v_size), vector(t.f, t.v_size))
+    copy(vector(own.start_v, t.v_size), v)
+    put(t, own.start_q, own.new_v)
+    copy(vector(t.a, t.v_size), free)
+    if lag > 0.0:
+        for k in range(t.v_size):
+            v[k] += lag * free[k]
+        put(t, own.start_q, own.new_v)
+
+
+def put(t, q, v):
+    """Set coordinates and velocities of the world's tree, at addresses, and what follows; wakes its bodies."""
+    copy(vector(q, t.q_size), vector(t.q, t.q_size))
+    copy(vector(v, t.v_size), vector(t.v, t.v_size))
+    t.stale = 1
+    for i in range(t.count):
+        body_at(t.bodies, i).asleep = 0
+    settle(body_at(t.bodies, 0))
+
+
+def add_product(m, x, share, out):
+    """Add a share of M x to an array."""
+    for i in range(x.size):
+        for j in range(x.size):
+            out[i] += share * m[i, j] * x[j]
+
+
+def take_response(block, dt, lag):
+    """From velocities after Bullet's step: find forces on joints, and which a motor held; then as `set_at_start`."""
+    own = own_at(block, 0)
+    t = tree_at(own.tree, 0)
+    m, force, push = vector(own.matrix, (t.v_size, t.v_size)), vector(own.force, t.v_size), vector(own.push, t.v_size)
+    before, after = vector(own.start_v, t.v_size), vector(own.after_v, t.v_size)
+    gained = vector(own.gained, t.v_size)
+    for k in range(t.v_size):
+        gained[k] = (after[k] - before[k]) / dt
+        force[k] -= push[k]
+    add_product(m, vector(own.free_acceleration, t.v_size), -1.0, force)
+    motor = 0
+    for i in range(4 if is_free(t, link_at(t.links, 0)) else 0, t.joint_count):
+        joint = joint_at(t.joints, i)
+        if joint.kind != BALL:
+            k = joint.first_axis
+            axis = axis_at(t.axes, k)
+            inertia = m[k, k] - axis.armature
+            m[k, k] = inertia
+            axis.armature = armature_of(own, t, motor, k, inertia, dt)
+            m[k, k] += axis.armature
+            motor += 1
+    add_product(m, gained, 1.0, force)
+    set_start(own, t, lag)
+
+
+def armature_of(own, t, motor, k, inertia, dt):
+    """Return the armature of degree of freedom k by its motor; inertia: without it; note the motor's torque."""
+    count = t.joint_count  # there are at most as many motors
+    torques, last, limits = vector(own.torque, count), vector(own.last_torque, count), vector(own.limit, count)
+    strongest = vector(own.strongest, count)
+    torque, speed = abs(torques[motor]), abs(vector(own.after_v, t.v_size)[k])
+    accelerating = abs(vector(own.gained, t.v_size)[k]) * inertia
+    if torque > (1.0 + EXACT) * limits[motor]:
+        limits[motor] = inf
+    if abs(torque - last[motor]) <= EXACT * torque and accelerating > EXACT * torque:
+        limits[motor] = torque
+    last[motor] = torque
+    strongest[motor] = max(strongest[motor], torque)
+    held = accelerating < max(abs(vector(own.push, t.v_size)[k]), CARRIES * torque)
+    if not (held and 0.0 < torque < (1.0 - EXACT) * limits[motor]):
+        return 0.0
+    return min(HELD * inertia, dt * strongest[motor] / speed) if speed > 0.0 else HELD * inertia
+
+
+def find_end(block, world, dt, pressed):
+    """After the world's step: find what is to be written and the push that gave it; return whether it is needed.
+
+    That is if a contact has touched the tree, or see `near.following`.
+    """
+    own, w = own_at(block, 0), world_at(world, 0)
+    t, touched = tree_at(own.tree, 0), False
+    left, v, push = vector(own.left, t.q_size), vector(own.new_v, t.v_size), vector(own.push, t.v_size)
+    copy(vector(t.q, t.q_size), vector(own.new_q, t.q_size))
+    copy(vector(t.v, t.v_size), v)
+    for i in range(t.count):
+        b = body_at(t.bodies, i)
+        touched = touched or b.asleep != 0 or b.touched != 0
+    if not touched:
+        put(t, own.after_q, own.after_v)
+        if not overlaps(w, t.first, t.count):
+            copy(vector(own.after_q, t.q_size), left)
+            clear(push)
+            return False
+        put(t, own.new_q, own.new_v)
+    copy(vector(own.new_q, t.q_size), left)
+    a, gained = vector(t.a, t.v_size), vector(own.gained, t.v_size)
+    for k in range(t.v_size):
+        v[k] -= 0.0 if pressed else 0.5 * dt * a[k]
+    copy(v, gained)
+    # Bullet keeps the spin of a base along the axes before its step
+    if is_free(t, link_at(t.links, 0)):
+        turn, (w_0, x_0, y_0, z_0) = load4(left[3:7]), load4(vector(own.start_q, t.q_size)[3:7])
+        store(gained[3:6], turn_by((w_0, -x_0, -y_0, -z_0), turn_by(turn, load(v[3:6]))))
+    before, free = vector(own.start_v, t.v_size), vector(own.free_acceleration, t.v_size)
+    for k in range(t.v_size):
+        gained[k] = (gained[k] - before[k]) / dt - free[k]
+    clear(push)
+    add_product(vector(own.matrix, (t.v_size, t.v_size)), gained, 1.0, push)
+    return True
+
+
+jit_module(__name__)

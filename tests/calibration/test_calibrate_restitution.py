@@ -8,7 +8,7 @@ import pytest
 from calibration_samples import ALL, DISK, KAPPA, MU, E, off, table
 
 from contactlaw import MATERIALS, calibrate
-from contactlaw.calibration.over_speed import over_speed
+from contactlaw.calibration.assessment import over_speed
 from contactlaw.losses import Plastic, Viscoelastic
 
 pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="fits take minutes uncompiled")  # type: ignore[attr-defined]

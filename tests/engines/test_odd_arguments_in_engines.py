@@ -67,7 +67,7 @@ def test_pybullets_callback_names_what_it_refuses(client):
     words = {"body_a": "link_a", "body_b": "link_b"}  # of a body and its link
     check_odd_arguments(add, {**SETTINGS, "body_a": ball, "body_b": floor, "link_a": -1, "link_b": -1}, words)
     path = f"{data}/sphere2.urdf"
-    check_odd_arguments(load, {"path": path, "undamped": True, "settings": None, "contacts": [("*", floor, PAIR)]})
+    check_odd_arguments(load, {"path": path, "undamped": True, "contacts": [("*", floor, PAIR)]})
     options: dict[str, object] = {"basePosition": [0, 0, 1], "baseOrientation": [0, 0, 0, 1], "useFixedBase": False}
     options |= {"useMaximalCoordinates": False, "flags": 0, "globalScaling": 1.0}
     outcome = dict.fromkeys(("globalScaling", "useFixedBase"), "contacts[0]")  # the law serves no such body
