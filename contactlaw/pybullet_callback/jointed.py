@@ -7,11 +7,11 @@ from contactlaw.laws.record import record
 from contactlaw.memory import element
 from contactlaw.world.bodies.motion import settle
 from contactlaw.world.data.access import axis_at, body_at, joint_at, link_at, tree_at, world_at
+from contactlaw.world.data.call import call_with_body
 from contactlaw.world.data.quaternion import load4, turn_by
 from contactlaw.world.data.records import BALL
 from contactlaw.world.data.vec import add, load, scale, store, sub
 from contactlaw.world.near.following import overlaps
-from contactlaw.world.trees.implicit import add_masses
 from contactlaw.world.trees.kinematics import is_free, vector
 from contactlaw.world.trees.mobility import clear, copy
 
@@ -68,9 +68,9 @@ def set_at_start(block, lag):
     own = own_at(block, 0)
     t = tree_at(own.tree, 0)
     set_start(own, t, lag)
-    m = vector(own.matrix, (t.v_size, t.v_size))
-    m[:] = 0.0
-    add_masses(t, m)
+    clear(vector(own.matrix, t.v_size * t.v_size))
+    t.weights, t.stride = own.matrix, t.v_size
+    call_with_body(t.write_masses, body_at(t.bodies, 0))
 
 
 def set_start(own, t, lag):

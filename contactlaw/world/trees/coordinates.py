@@ -6,7 +6,7 @@ from functools import lru_cache
 from contactlaw.jit import address_of
 from contactlaw.world.data.call import ask_mobility, call_on_tree, call_with_body, call_with_number, call_with_vectors
 from contactlaw.world.data.records import Array, Arrays, numbers_of
-from contactlaw.world.trees import dynamics, implicit, kinematics, mobility, motion
+from contactlaw.world.trees import dynamics, kinematics, mobility, motion
 
 
 @lru_cache
@@ -16,10 +16,10 @@ def addresses() -> dict[str, int]:
         call_on_tree: (kinematics.move, dynamics.accelerate),
         call_with_number: (motion.fly, motion.drift),
         call_with_body: (
-            mobility.settle, mobility.spread_delta_v, mobility.stop, implicit.move_from_start, implicit.write_masses,
-            implicit.add_damping,
+            mobility.settle, mobility.spread_delta_v, mobility.stop, mobility.move_from_start, mobility.write_masses,
+            mobility.add_damping,
         ),
-        call_with_vectors: (mobility.kick, mobility.add_accelerations, implicit.add_force),
+        call_with_vectors: (mobility.kick, mobility.add_accelerations, mobility.add_force),
         ask_mobility: (mobility.mobility,),
     }  # fmt: skip
     return {one.__name__: address_of(one, kind) for kind, functions in by_signature.items() for one in functions}
