@@ -166,7 +166,7 @@ SHAPE = record(
     first="i8",  # of a hull: row in `Arrays.points` of the table of its core, along the principal axes from `at`
     points="u8",  # address of that table
     # addresses of functions, see `shapes.functions`
-    meet="u8", curve="u8", separation="u8", nearest="u8", deepest="u8", beside="u8", predict="u8", over_face="u8",
+    meet="u8", curve="u8", separation="u8", nearest="u8", deepest="u8", beside="u8", predict="u8",
     friction="f8", priority="i8",  # coefficient for pairs that have none, and which of two shapes gives it
 )  # fmt: skip
 """A shape fixed to a body, of one of the `kinds`."""

@@ -1,4 +1,7 @@
-"""Shapes added to a world from Python, as fields of the records `records.SHAPE`."""
+"""Shapes added to a world from Python, and their round parts, as fields of the records `records.SHAPE`."""
+
+from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -6,12 +9,16 @@ from numpy.typing import ArrayLike
 from contactlaw import checks
 from contactlaw.world.data import kinds
 from contactlaw.world.data.frames import matrix_of, turn_to, unit_quaternion
+from contactlaw.world.data.kinds import BOX, CORNER, CYLINDER, DISC, EDGE, HEIGHT_FIELD, HULL, PLANE, SIDE
 from contactlaw.world.data.records import Array
 from contactlaw.world.shapes import field_surface
+from contactlaw.world.shapes.core import CROWN
 from contactlaw.world.shapes.geometry import PLACES
 from contactlaw.world.shapes.hulls import core_of
-from contactlaw.world.shapes.parts import Fields, parts_of
 
+Fields = dict[str, Any]
+
+FEET = 0.7  # distance of a foot from the axis, of the radius of the rim
 ROUNDING = 0.1  # default radius of the edges of a box or a cylinder, of its smallest half length
 
 
@@ -32,7 +39,6 @@ class Shapes:
         """Fix a sphere to a body; returns the shape's number.
 
         Args:
-            body: Number of the body.
             radius: [m].
             at: Its centre, from the centre of mass along the body's axes [m], shape (3,).
         """
@@ -45,7 +51,6 @@ class Shapes:
         """Fix a capsule to a body; returns the numbers of its three shapes: its side and both ends.
 
         Args:
-            body: Number of the body.
             radius: [m].
             half_length: From its middle to the centre of an end [m].
             at: Its middle, from the centre of mass along the body's axes [m], shape (3,).
@@ -64,7 +69,6 @@ class Shapes:
         """Fix a box to a body, or to the world: None; returns the shape's number.
 
         Args:
-            body: Number of the body.
             half_lengths: [m], shape (3,).
             at: Its centre [m], shape (3,): from the centre of mass along the body's axes, or in the world.
             quaternion: Of its own axes in the body's, scalar first, shape (4,).
@@ -81,7 +85,6 @@ class Shapes:
         """Fix a cylinder to a body, or to the world: None; returns the shape's number.
 
         Args:
-            body: Number of the body.
             radius: [m].
             half_length: From its middle to an end [m].
             at, rounding: As for a box.
@@ -98,7 +101,6 @@ class Shapes:
         """Fix an ellipsoid to a body, or to the world: None; returns the shape's number.
 
         Args:
-            body: Number of the body.
             half_axes: [m], shape (3,).
             at, quaternion: As for a box.
         """
@@ -114,7 +116,6 @@ class Shapes:
         Points that change the hull by less than 0.005 of its size are left out, and it has a hundred vertices at most.
 
         Args:
-            body: Number of the body.
             points: [m], shape (n, 3), along their own axes.
             rounding: Radius of its edges [m]; None: a tenth of the least distance of a face from its middle.
             at: Origin of the points [m], shape (3,): from the centre of mass along the body's axes, or in the world.
@@ -137,7 +138,6 @@ class Shapes:
         """Fix a plane, the surface of a half space, to a body, or to the world: None; returns the shape's number.
 
         Args:
-            body: Number of the body.
             point: On the plane [m], shape (3,): from the centre of mass along the body's axes, or in the world.
             normal: Outward normal of the half space along the same axes, a unit vector.
         """
@@ -154,7 +154,6 @@ class Shapes:
         and on ridges by sides of capsules and cylinders and edges of boxes and hulls.
 
         Args:
-            body: Number of the body.
             heights: [m], shape (rows, columns), at least two each: rows along its y axis, columns along x.
             half_lengths: Half of its lengths along x and y [m], shape (2,).
             at, quaternion: As for a box; heights are along the third axis.
@@ -238,6 +237,48 @@ class Shapes:
             self._met[number] |= met
             for part in parts_of(self._solids[number], self._met[number])[len(had) :]:
                 self._shape(part, number)
+
+
+def parts_of(core: Fields, others: set[int]) -> list[Fields]:
+    """Return the round parts by which a box, cylinder or hull meets flat shapes.
+
+    others: kinds of the shapes that it may meet. Edges are rounded with the core's radius r, and all parts lie within
+    the core. On a plane a box needs its CORNERs alone, spheres inscribed in its corners. With other cores and height
+    fields it needs its EDGEs too: these are crowned, and set back by a hundredth of r, so that corners carry where they
+    can. A cylinder rests on its rims, DISCs that reach to its side, and on four small feet an end, which leave the
+    ground once the rim is lower by some hundredths of r. A hull has the same parts as a box.
+    """
+    flat, cores = others & {PLANE, HEIGHT_FIELD, BOX, CYLINDER, HULL}, others & {BOX, CYLINDER, HULL}
+    if not flat:
+        return []
+    lined = cores | (others & {HEIGHT_FIELD})
+    base, r = {"body": core["body"], "radius": core["radius"]}, core["radius"]
+    if core["kind"] == HULL:
+        own = core["at"] + core["vertices"]
+        out = [base | {"kind": CORNER, "at": corner} for corner in own]
+        for i, j in core["edges"] if lined else ():
+            out.append(base | {"kind": EDGE, "at": 0.5 * (own[i] + own[j]), "half": 0.5 * (own[j] - own[i])})
+        return out
+    half, own = core["half"], core["axes"].reshape(3, 3)
+    if core["kind"] == BOX:
+        h = half - r
+        ends = np.array(list(product((-1.0, 1.0), repeat=3)))
+        out = [base | {"kind": CORNER, "at": core["at"] + own @ (h * end)} for end in ends]
+        for i in range(3 if lined else 0):
+            along = own[:, i] * h[i]
+            middles = ends[ends[:, i] < 0.0] * (np.arange(3) != i)
+            out += [base | {"kind": EDGE, "at": core["at"] + own @ (h * m), "half": along} for m in middles]
+        return out
+    radius, up, axis = half[0] - r * (1.0 - 2.0 * CROWN), (half[2] - r) * own[:, 2], own[:, 2]
+    round_ = base | {"normal": axis}
+    out = []
+    for one in (up, -up):
+        out.append(round_ | {"kind": DISC, "at": core["at"] + one, "half": radius * own[:, 0]})
+        feet = (x * own[:, i] for i in (0, 1) for x in (FEET * radius, -FEET * radius))
+        out += [base | {"kind": CORNER, "at": core["at"] + one + foot} for foot in feet]
+    if lined & {CYLINDER, HEIGHT_FIELD}:
+        out.append(round_ | {"kind": SIDE, "at": core["at"], "half": radius * own[:, 0] + up})
+    return out
 
 
 def _sizes(name: str, value: ArrayLike) -> Array:

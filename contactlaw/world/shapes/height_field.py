@@ -24,7 +24,7 @@ from contactlaw.world.data.call import ask_beside
 from contactlaw.world.data.kinds import DISC, ELLIPSOID, SEGMENT
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
-from contactlaw.world.shapes.core import local, set_back
+from contactlaw.world.shapes.core import clip, local, next_place, set_back
 from contactlaw.world.shapes.disc import line_of, lowest_over_plane
 from contactlaw.world.shapes.ellipsoid import facing
 from contactlaw.world.shapes.field_surface import (
@@ -41,7 +41,6 @@ from contactlaw.world.shapes.field_surface import (
     within,
 )
 from contactlaw.world.shapes.geometry import FOLLOW, LOST, bounding_radius, centre
-from contactlaw.world.shapes.segments import clip, next_place
 
 NEAREST = -2  # instead of a number of contacts that there are: one place only is sought
 ALIGNED = 1e-12  # of a line's half length or a shape's size, to which a place is found
@@ -56,13 +55,6 @@ NO_PLACES = ZERO, ZERO, ZERO
 UNSEEN = 0.05  # of the radius, by which bodies may move before they are searched anew for a place that there was not
 
 
-def lowest(s, b, n):
-    """Return the centre, from the shape's, and radius [m] of a shape's ball deepest below a plane of normal n."""
-    if s.kind == DISC:
-        return lowest_over_plane(s, b, n)
-    return sub(facing(s, b, scale(-1.0, n)), centre(s, b)), 0.0
-
-
 def offset(x, y, c, pair):
     """Return the offset [m] along x and y from the point x, y of the field to a shape's deepest point over its plane.
 
@@ -71,7 +63,11 @@ def offset(x, y, c, pair):
     """
     sa, a, sb, b = pair
     h, slopes, _ = surface(sb, x, y)
-    way, radius = lowest(sa, a, to_world(b.axes, to_world(sb.axes, normal(slopes))))
+    n, radius = to_world(b.axes, to_world(sb.axes, normal(slopes))), 0.0
+    if sa.kind == DISC:
+        way, radius = lowest_over_plane(sa, a, n)
+    else:
+        way = sub(facing(sa, a, scale(-1.0, n)), centre(sa, a))
     p = add(c, local(way, sb, b))
     d = p[2] - h
     return (p[0] - x + d * slopes[0], p[1] - y + d * slopes[1]), way, radius, p

@@ -21,7 +21,7 @@ from math import sqrt
 
 from contactlaw.jit import jit_module
 from contactlaw.world.data.access import axis_at, body_at, link_at
-from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, scale, store, sub
+from contactlaw.world.data.vec import ZERO, add, cross, dot, load, scale, store, sub
 from contactlaw.world.trees.kinematics import response_of, vector
 
 STIFF = 100.0  # damping times the step over the mass: stiffer damping is always implicit over a whole step
