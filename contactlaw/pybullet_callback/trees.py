@@ -38,9 +38,9 @@ from contactlaw.pybullet_callback.shapes import BASE, KINDS, Key, joints_of, pos
 from contactlaw.world import World
 from contactlaw.world.data.frames import CONJUGATE, IDENTITY, UNTURNED, Pose
 from contactlaw.world.data.records import BALL, SLIDE, Array, Arrays
-from contactlaw.world.trees.coordinates import numbers
 from contactlaw.world.trees.description import Joint, Part, records_of
 from contactlaw.world.trees.motion import LARGEST_TURN, MOST
+from contactlaw.world.trees.tree_records import numbers
 
 MOST_TURN = LARGEST_TURN * MOST  # [rad] or [m] in a step that the flight of a tree of the world can follow
 LEAST_INERTIA = 1e-12  # [m^2], of moments of inertia over mass

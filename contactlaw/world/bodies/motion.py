@@ -310,15 +310,13 @@ def move_kinematic(w, b, place, turn, h):
     twist = rotation_vector(product(turn, (back[0], -back[1], -back[2], -back[3])))
     velocity, spin = scale(1.0 / h, sub(place, load(b.position))), scale(1.0 / h, twist)
     change = norm(sub(velocity, load(b.velocity))) + b.reach * norm(sub(spin, load(b.spin)))
-    if change <= max(norm(load(b.velocity)) + b.reach * norm(load(b.spin)), JUMP):
-        store(b.velocity, velocity)
-        store(b.spin, spin)
-    else:
+    if not change <= max(norm(load(b.velocity)) + b.reach * norm(load(b.spin)), JUMP):
         store(b.position, place)
         store4(b.quaternion, turn)
         b.placed, w.stale = 1, 1
-        store(b.velocity, ZERO)
-        store(b.spin, ZERO)
+        velocity, spin = ZERO, ZERO
+    store(b.velocity, velocity)
+    store(b.spin, spin)
     set_axes(b)
 
 

@@ -125,8 +125,8 @@ LINK = record(
     bias=VECTOR, bias_turning=VECTOR,  # bias accelerations, at a = 0: of its material at the origin, and angular
     response=VECTOR, response_turning=VECTOR,  # the same accelerations by a alone
     force=VECTOR, moment=VECTOR,  # [N], [N m] about the origin, that it and all it carries need at a = 0
-    # composite body of it and all it carries, about the origin: mass, first moment, inertia xx yy zz xy xz yz
-    composite_mass="f8", composite_moment=VECTOR, composite_inertia=("f8", (6,)),
+    # composite body of it and all it carries, about the origin: mass, first moment, inertia
+    composite_mass="f8", composite_moment=VECTOR, composite_inertia=MATRIX,
 )  # fmt: skip
 """A body of a tree and how its parent carries it; the row of the same body in `Arrays.bodies` holds its motion."""
 

@@ -17,15 +17,12 @@ FALL = 0.1  # of the radius, by which an edge falls off towards a corner: as dee
 FALL_LENGTH = 2.0  # of the radius, from the corner, within which it does
 LEAST = 1e-9  # [m] least distance from a core in quotients
 NOWHERE = ZERO, 0, ZERO, (ZERO, ZERO, ZERO)
-CONVERGED, CONVERGED_ON_HULL = (
-    1e-15,
-    1e-10,
-)  # of a half length, a step at which the iteration ends; on hulls, which cost more
+CONVERGED, CONVERGED_ON_HULL = 1e-15, 1e-10  # of a half length, a step at which the iteration ends; hulls cost more
 
 
-def clip(s):
-    """Return the number from -1 to 1 nearest to s."""
-    return min(max(s, -1.0), 1.0)
+def clip(x, most=1.0):
+    """Return the number from -most to most nearest to x."""
+    return min(max(x, -most), most)
 
 
 def next_place(at, value, slope, ends):
@@ -43,7 +40,7 @@ def next_place(at, value, slope, ends):
 
 def excess(x, half):
     """Return by how much a coordinate lies outside the interval from -half to half."""
-    return x - min(max(x, -half), half)
+    return x - clip(x, half)
 
 
 def excess_of(p, s, less):
@@ -59,17 +56,6 @@ def excess_of(p, s, less):
     return out * p[0], out * p[1], z
 
 
-def excess_along(p, e, q, s, less):
-    """Return the derivative of the excess e of a point p along q: H q, H the second derivative of distance^2/2."""
-    z = q[2] if e[2] != 0.0 else 0.0
-    if s.kind == BOX:
-        return q[0] if e[0] != 0.0 else 0.0, q[1] if e[1] != 0.0 else 0.0, z
-    square, h = p[0] * p[0] + p[1] * p[1], s.half[0] - less
-    out = 1.0 - h / sqrt(square) if square > h * h else 0.0
-    turned = (1.0 - out) * (p[0] * q[0] + p[1] * q[1]) / square if out > 0.0 else 0.0
-    return out * q[0] + turned * p[0], out * q[1] + turned * p[1], z
-
-
 def local(v, s, b):
     """Return a vector of the world along a core's own axes."""
     return to_body(s.axes, to_body(b.axes, v))
@@ -79,9 +65,8 @@ def excess_at(m, offset, less, shapes, last):
     """Return the excess over a core at m + offset, and what `change_of` and the next call need.
 
     m, offset: along the core's axes; of a hull in the world, `offset` from A's middle. shapes: (sa, a, sb, b), the
-    shape A that the point belongs to and the core B, with their bodies. last: result at a point nearby, or `NOWHERE`:
-    on a hull the search starts there. The further results are, of a hull, the number of vertices of the nearest
-    feature, its edge, and the simplex; of other cores 0, and the point along the core's axes.
+    shape A that the point belongs to and the core B, with their bodies. last: result at a point nearby, or `NOWHERE`.
+    The further results are, of a hull, those of `gjk.nearest`; of other cores 0, and the point along the core's axes.
     """
     sa, a, sb, b = shapes
     if sb.kind == HULL:
@@ -92,12 +77,21 @@ def excess_at(m, offset, less, shapes, last):
 
 
 def change_of(e, count, other, q, less, s):
-    """Return the derivative of the excess along q; of a hull by its nearest vertex, edge or face, see `gjk.nearest`."""
-    if s.kind != HULL:
-        return excess_along(other, e, q, s, less)
-    if count == 2:
-        return axpy(-dot(other, q) / dot(other, other), other, q)
-    return q if count < 2 else scale(dot(e, q) / max(dot(e, e), LEAST * LEAST), e)
+    """Return the derivative of an excess along q: H q, H the second derivative of distance^2/2.
+
+    e, count, other: as found by `excess_at`; of a hull H is that of its nearest vertex, edge or face.
+    """
+    if s.kind == HULL:
+        if count == 2:
+            return axpy(-dot(other, q) / dot(other, other), other, q)
+        return q if count < 2 else scale(dot(e, q) / max(dot(e, e), LEAST * LEAST), e)
+    p, z = other, q[2] if e[2] != 0.0 else 0.0
+    if s.kind == BOX:
+        return q[0] if e[0] != 0.0 else 0.0, q[1] if e[1] != 0.0 else 0.0, z
+    square, h = p[0] * p[0] + p[1] * p[1], s.half[0] - less
+    out = 1.0 - h / sqrt(square) if square > h * h else 0.0
+    turned = (1.0 - out) * (p[0] * q[0] + p[1] * q[1]) / square if out > 0.0 else 0.0
+    return out * q[0] + turned * p[0], out * q[1] + turned * p[1], z
 
 
 def length_and_direction(e):

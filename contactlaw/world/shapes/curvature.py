@@ -16,10 +16,10 @@ from contactlaw.world.data.access import body_at, shape_at
 from contactlaw.world.data.call import ask_curve, ask_nearest
 from contactlaw.world.data.kinds import BOX, CORNER, DISC, EDGE, ELLIPSOID, HULL, PLANE, SEGMENT, SIDE
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub, tangent, to_world
-from contactlaw.world.shapes.core import CROWN, local
+from contactlaw.world.shapes.core import CROWN, clip, local
 from contactlaw.world.shapes.disc import line_of
 from contactlaw.world.shapes.ellipsoid import shrink, swell
-from contactlaw.world.shapes.field_surface import curvatures, normal, surface, within
+from contactlaw.world.shapes.field_surface import curvatures, normal, surface
 from contactlaw.world.shapes.geometry import centre, meet
 from contactlaw.world.shapes.swept import CAPSULE_CROWN
 
@@ -159,7 +159,7 @@ def of_field(sa, a, sb, b, n, arm):
     if sa.kind == DISC or sa.kind == ELLIPSOID:
         return 0.0, 0.0, ZERO
     foot = local(sub(arm, centre(sb, b)), sb, b)
-    _, slopes, bends = surface(sb, within(foot[0], sb.half[0]), within(foot[1], sb.half[1]))
+    _, slopes, bends = surface(sb, clip(foot[0], sb.half[0]), clip(foot[1], sb.half[1]))
     least, most, e = principal(*curvatures(slopes, bends, normal(slopes)))
     return least, most, to_world(b.axes, to_world(sb.axes, e))
 

@@ -47,9 +47,8 @@ def cell_along(x):
 
 def support(s, b, d):
     """Return the point of a core furthest along d, from its body's centre of mass [m], world frame."""
-    at = load(s.at)
+    at, own = load(s.at), to_body(b.axes, d)
     if s.kind == HULL:
-        own = to_body(b.axes, d)
         points, cell = doubles_at(s.points), 3 * cell_of(own)
         first = 3 * int(points[cell])
         best, most = first, -1e300
@@ -60,19 +59,19 @@ def support(s, b, d):
         at = add(at, (points[best], points[best + 1], points[best + 2]))
     elif s.kind == SEGMENT or s.kind == EDGE:
         u = load(s.half)
-        at = axpy(1.0 if dot(to_body(b.axes, d), u) >= 0.0 else -1.0, u, at)
+        at = axpy(1.0 if dot(own, u) >= 0.0 else -1.0, u, at)
     elif s.kind == DISC or s.kind == SIDE:
         out, _, along = dimensions(s)
-        own, axis = to_body(b.axes, d), load(s.normal)
+        axis = load(s.normal)
         up = dot(own, axis)
         across = axpy(-up, axis, own)
         at = axpy(copysign(along, up), axis, axpy(out / max(norm(across), 1e-300), across, at))
     elif s.kind == BOX:
-        own, h, r = to_body(s.axes, to_body(b.axes, d)), s.half, s.radius
+        own, h, r = to_body(s.axes, own), s.half, s.radius
         corner = copysign(h[0] - r, own[0]), copysign(h[1] - r, own[1]), copysign(h[2] - r, own[2])
         at = add(at, to_world(s.axes, corner))
     elif s.kind == CYLINDER:
-        own, h, r = to_body(s.axes, to_body(b.axes, d)), s.half, s.radius
+        own, h, r = to_body(s.axes, own), s.half, s.radius
         angle = floor(atan2(own[1], own[0]) / STAVE + 0.5) * STAVE
         out = (h[0] - r) * (0.5 + 0.5 / cos(0.5 * STAVE))
         at = add(at, to_world(s.axes, (out * cos(angle), out * sin(angle), copysign(h[2] - r, own[2]))))
@@ -190,8 +189,6 @@ def nearest(sa, a, sb, b, shift, count=0, on_b=NONE):
             break
         v, square = w, dot(w, w)
         points, on_b, k, count = kept(more, ends, m)
-        if square == 0.0:
-            break
     if dot(v, new) <= 0.0:
         v = ZERO
     return v, mean(k, on_b), count, sub(on_b[0], on_b[1]), on_b

@@ -21,7 +21,7 @@ from math import sqrt
 
 from contactlaw.jit import jit_module
 from contactlaw.world.data.access import axis_at, body_at, link_at
-from contactlaw.world.data.vec import ZERO, add, cross, dot, load, scale, store, sub
+from contactlaw.world.data.vec import ZERO, add, cross, dot, load, scale, store, sub, to_world
 from contactlaw.world.trees.kinematics import response_of, vector
 
 STIFF = 100.0  # damping times the step over the mass: stiffer damping is always implicit over a whole step
@@ -43,7 +43,7 @@ def accelerate(t):
             e, s = load(axis.spin), load(axis.velocity)
             a[k] -= dot(e, moment) + dot(s, force)
             linear = add(scale(link.composite_mass, s), cross(e, offset))
-            angular = add(times(tensor, e), cross(offset, s))
+            angular = add(to_world(tensor, e), cross(offset, s))
             p = axis.depth
             resistance = d[k, k] + (axis.resistance if axis.side != 0.0 and t.midway == 0 else 0.0)
             own = axis.armature + held[k, k] + dot(e, angular) + dot(s, linear)
@@ -65,7 +65,7 @@ def accelerate(t):
             store(parent.moment, add(load(parent.moment), moment))
             parent.composite_mass += link.composite_mass
             store(parent.composite_moment, add(load(parent.composite_moment), offset))
-            for k in range(6):
+            for k in range(9):
                 parent.composite_inertia[k] += tensor[k]
     factorise(t)
     solve(t, a)
@@ -135,7 +135,7 @@ def start_link(t, i):
     acceleration = add(gain, add(cross(turning, c), cross(spin, load(b.velocity))))
     tensor = inertia(b, link)
     force = scale(link.mass, sub(acceleration, load(t.gravity)))
-    moment = add(times(tensor, turning), cross(spin, times(tensor, spin)))
+    moment = add(to_world(tensor, turning), cross(spin, to_world(tensor, spin)))
     store(link.force, force)
     store(link.moment, add(moment, cross(c, force)))
     link.composite_mass = link.mass
@@ -143,28 +143,21 @@ def start_link(t, i):
     store(link.composite_moment, offset)
     x, y, z = offset[0] * c[0], offset[1] * c[1], offset[2] * c[2]
     out = link.composite_inertia
-    out[0], out[1], out[2] = tensor[0] + y + z, tensor[1] + x + z, tensor[2] + x + y
-    out[3], out[4] = tensor[3] - offset[0] * c[1], tensor[4] - offset[0] * c[2]
-    out[5] = tensor[5] - offset[1] * c[2]
+    out[0], out[4], out[8] = tensor[0] + y + z, tensor[4] + x + z, tensor[8] + x + y
+    out[1], out[2] = tensor[1] - offset[0] * c[1], tensor[2] - offset[0] * c[2]
+    out[3], out[6] = out[1], out[2]
+    out[5] = out[7] = tensor[5] - offset[1] * c[2]
 
 
 def inertia(b, link):
-    """Return the inertia of a body about its centre of mass, along the world's axes: xx yy zz xy xz yz."""
+    """Return the inertia of a body about its centre of mass, along the world's axes: a matrix (9,), row by row."""
     m, i = b.axes, link.inertia
     x = (i[0] * m[0], i[1] * m[1], i[2] * m[2])
     y = (i[0] * m[3], i[1] * m[4], i[2] * m[5])
     own_y, own_z = (m[3], m[4], m[5]), (m[6], m[7], m[8])
+    xy, xz, yz = dot(x, own_y), dot(x, own_z), dot(y, own_z)
     zz = i[0] * m[6] * m[6] + i[1] * m[7] * m[7] + i[2] * m[8] * m[8]
-    return dot(x, (m[0], m[1], m[2])), dot(y, own_y), zz, dot(x, own_y), dot(x, own_z), dot(y, own_z)
-
-
-def times(i, w):
-    """Return the product of a symmetric matrix xx yy zz xy xz yz and a vector."""
-    return (
-        i[0] * w[0] + i[3] * w[1] + i[4] * w[2],
-        i[3] * w[0] + i[1] * w[1] + i[5] * w[2],
-        i[4] * w[0] + i[5] * w[1] + i[2] * w[2],
-    )
+    return dot(x, (m[0], m[1], m[2])), xy, xz, xy, dot(y, own_y), yz, xz, yz, zz
 
 
 def factorise(t):

@@ -1,7 +1,6 @@
 """Poses and velocities of the bodies of a tree, from its coordinates.
 
-Coordinates and velocities are those of MuJoCo. Ball joint: quaternion, and spin along the link's axes. Hinge and slide:
-angle or distance from their reference. A free joint is three slides along the world's axes and a ball joint.
+Coordinates and velocities are those of `description.Tree`, as MuJoCo's. A free joint is three slides and a ball joint.
 
 A degree of freedom k moves all that it carries by a spin e_k and a velocity s_k of the material at the tree's origin O;
 for a hinge through p, s = (p - O) x e. All velocities are sums of these along the tree (Featherstone, Rigid Body

@@ -4,8 +4,6 @@ With q the generalised coordinates, v the velocities, M(q) = L^T D L the mass ma
 
     kick       v <- v + M^-1 J_b^T (p, m), an impulse and an angular impulse on a body
     mobility   d . J M^-1 J^T d = y . D^-1 y, y = L^-T J^T d
-
-`bodies.motion` calls these functions, and those of `trees.motion`, by their addresses for bodies of a tree.
 """
 
 from math import sqrt
