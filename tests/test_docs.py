@@ -19,7 +19,7 @@ import pytest
 from contactlaw import ContactWarning
 from contactlaw.world import World
 from contactlaw.world.implicit import equations
-from contactlaw.world.shapes import hulls, parts, segments
+from contactlaw.world.shapes import description, hulls, swept
 
 ROOT = Path(__file__).parent.parent
 PAGES = sorted((ROOT / "docs").glob("*.md"))
@@ -27,8 +27,8 @@ FIGURES = [
     ("limits.md", f"at most {hulls.MOST} vertices"),
     ("shapes.md", f"at most {hulls.MOST} vertices"),
     ("limits.md", f"turn by less than {degrees(acos(hulls.SHARP)):.0f} degrees"),
-    ("limits.md", f"is {100.0 * segments.CAPSULE_CROWN:g} % thinner at its ends"),
-    ("shapes.md", f"four small feet, at {parts.FEET:g} of its radius"),
+    ("limits.md", f"is {100.0 * swept.CAPSULE_CROWN:g} % thinner at its ends"),
+    ("shapes.md", f"four small feet, at {description.FEET:g} of its radius"),
     ("world.md", f"at most {equations.LARGEST} unknowns, which are {equations.LARGEST // 6} free bodies"),
     ("steps.md", f"an island of more than {equations.LARGEST // 6} bodies"),
 ]

@@ -36,7 +36,7 @@ from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.world.data.access import axis_at, joint_at
 from contactlaw.world.data.quaternion import load4, product, rotation_vector
 from contactlaw.world.data.records import FREE_JOINT, SLIDE
-from contactlaw.world.trees.dynamics import mobility_along, solve_ld, solve_lt
+from contactlaw.world.trees.dynamics import mobility_along, solve
 from contactlaw.world.trees.kinematics import vector
 from contactlaw.world.trees.mobility import clear
 
@@ -45,10 +45,9 @@ def read_limits(head, j, t):
     """Read the active joint limits of a tree; the other forces of the step are known."""
     m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
     first, ahead = d.ne + d.nf, steps_ahead(head)
-    answer, factor = vector(t.room, n), vector(t.factor, (n, n))
+    answer = vector(t.room, n)
     gather(head, head.given, j.v, answer)
-    solve_lt(t, factor, answer, n - 1, True)
-    solve_ld(t, factor, answer)
+    solve(t, answer)
     for row in range(first, first + d.nl):
         joint, force = entry(d.efc_id, row), doubles_at(d.efc_force)[row]
         if entry(d.efc_type, row) != layout.JOINT_LIMIT or entry(m.jnt_type, joint) < SLIDE or force <= 0.0:
@@ -205,9 +204,8 @@ def displacement(head, place):
 
 def follow_tendons(head, t, change):
     """Let a tree have half a step of a change of forces, see `free`; its mass matrix and damping are of the start."""
-    factor, v = vector(t.factor, (t.v_size, t.v_size)), vector(t.v, t.v_size)
-    solve_lt(t, factor, change, t.v_size - 1, True)
-    solve_ld(t, factor, change)
+    v = vector(t.v, t.v_size)
+    solve(t, change)
     for k in range(t.v_size):
         v[k] += head.lag * change[k]
 

@@ -32,12 +32,12 @@ from contactlaw.world import World
 from contactlaw.world.bodies.motion import settle
 from contactlaw.world.data.access import axis_at, body_at, joint_at, link_at, tree_at, world_at
 from contactlaw.world.data.frames import CONJUGATE, IDENTITY, UNTURNED, Pose
+from contactlaw.world.data.call import call_with_body
 from contactlaw.world.data.quaternion import load4, turn_by
 from contactlaw.world.data.records import BALL, Array, Arrays
 from contactlaw.world.data.vec import load, store
 from contactlaw.world.near.following import overlaps
 from contactlaw.world.trees.description import Joint, Part, records_of
-from contactlaw.world.trees.implicit import add_masses
 from contactlaw.world.trees.kinematics import is_free, vector
 from contactlaw.world.trees.mobility import clear, copy
 from contactlaw.world.trees.motion import LARGEST_TURN, MOST
@@ -279,9 +279,9 @@ def set_at_start(block, lag):
     own = own_at(block, 0)
     t = tree_at(own.tree, 0)
     set_start(own, t, lag)
-    m = vector(own.matrix, (t.v_size, t.v_size))
-    m[:] = 0.0
-    add_masses(t, m)
+    clear(vector(own.matrix, t.v_size * t.v_size))
+    t.weights, t.stride = own.matrix, t.v_size
+    call_with_body(t.write_masses, body_at(t.bodies, 0))
 
 
 def set_start(own, t, lag):

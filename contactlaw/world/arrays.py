@@ -27,7 +27,7 @@ from contactlaw.world.data.records import (
 from contactlaw.world.implicit.equations import room_for
 from contactlaw.world.shapes.functions import write_addresses
 from contactlaw.world.shapes.hulls import by_direction
-from contactlaw.world.trees.coordinates import addresses
+from contactlaw.world.trees.tree_records import addresses
 
 FAR = 1e3  # [m] reach of a plane on a moving body
 RECORDED, NONE = set(SHAPE.names or ()), np.zeros((0, 3))  # fields of shapes; no vertices

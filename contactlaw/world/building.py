@@ -14,9 +14,8 @@ from contactlaw.world.arrays import empty, with_bodies, with_more_room, with_pai
 from contactlaw.world.data.frames import ORIGIN, UNTURNED, matrix_of, principal, product, unit_quaternion
 from contactlaw.world.data.records import Array, Arrays
 from contactlaw.world.shapes.description import Shapes
-from contactlaw.world.trees.coordinates import coordinates, write_coordinates
 from contactlaw.world.trees.description import Tree
-from contactlaw.world.trees.tree_records import TreeRecords
+from contactlaw.world.trees.tree_records import TreeRecords, coordinates, write_coordinates
 
 SUBSTEPS = 100  # of an impact, by default; the error of psi_2 is then about 3e-4, and falls with their square
 CROWD_SUBSTEPS = 20  # the same for a damped impact with joints, or in an island of more than `crowd` closed contacts

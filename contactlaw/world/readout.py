@@ -12,7 +12,7 @@ from contactlaw.world.data.access import contact_at, pair_at
 from contactlaw.world.data.records import AXIS, CLOSED, FREE, Array, Arrays
 from contactlaw.world.shapes.curvature import UNCLEAR, radius_is_clear
 from contactlaw.world.shapes.geometry import IGNORED
-from contactlaw.world.trees.coordinates import numbers
+from contactlaw.world.trees.tree_records import numbers
 
 READOUT = np.dtype([
     ("shapes", "i8", 2), ("bodies", "i8", 2), ("closed", "?"), ("overlap", "f8"), ("point", "f8", 3),

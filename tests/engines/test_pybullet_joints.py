@@ -13,7 +13,7 @@ from contactlaw import MATERIALS, ContactPair, Material
 from contactlaw.pybullet_callback import ContactCallback
 from contactlaw.pybullet_callback.trees import Tree
 from contactlaw.world import World
-from contactlaw.world.trees.coordinates import numbers, write_coordinates
+from contactlaw.world.trees.tree_records import numbers, write_coordinates
 from sims.quadrupeds import ROBOTS, standing
 from tests.world.jointed_scenes import mass_matrix
 

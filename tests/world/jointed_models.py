@@ -9,8 +9,7 @@ import numpy as np
 
 from contactlaw.world.arrays import empty, with_bodies, with_tree
 from contactlaw.world.data.records import Arrays
-from contactlaw.world.trees.coordinates import numbers, write_coordinates
-from contactlaw.world.trees.tree_records import TreeRecords
+from contactlaw.world.trees.tree_records import TreeRecords, numbers, write_coordinates
 
 FREE, BALL, SLIDE, HINGE = (mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_BALL, mujoco.mjtJoint.mjJNT_SLIDE,
                             mujoco.mjtJoint.mjJNT_HINGE)  # fmt: skip

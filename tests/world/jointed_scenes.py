@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from contactlaw.world import World
 from contactlaw.world.data.records import AXIS, Arrays
-from contactlaw.world.trees.coordinates import numbers
+from contactlaw.world.trees.tree_records import numbers
 from tests.world.chains import Chain, Link
 from tests.world.world_scenes import mass_of, steel_pair
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from contactlaw.world import World
-from contactlaw.world.trees.coordinates import numbers
+from contactlaw.world.trees.tree_records import numbers
 from tests.world.chains import Chain, Link
 from tests.world.jointed_scenes import UPPER, mass_matrix, pendulum
 

@@ -8,8 +8,8 @@ import pytest
 from contactlaw import ContactPair
 from contactlaw.world import World
 from contactlaw.world.data.records import AXIS
-from contactlaw.world.trees.coordinates import numbers
 from contactlaw.world.trees.description import Joint, Part, Tree
+from contactlaw.world.trees.tree_records import numbers
 from tests.world.jointed_scenes import TIP, arm_over_floor
 from tests.world.world_scenes import FLOOR, RADIUS, mass_of, steel_pair
 

@@ -9,7 +9,7 @@ import pytest
 from contactlaw.world.data.frames import matrix_of
 from contactlaw.world.data.records import AXIS, LINK, Array, Arrays
 from contactlaw.world.step import step
-from contactlaw.world.trees.coordinates import coordinates, numbers
+from contactlaw.world.trees.tree_records import coordinates, numbers
 from tests.world.jointed_models import made_of, random_model, random_state, tree_of
 from tests.world.jointed_scenes import mass_matrix
 

@@ -15,6 +15,9 @@ LARGEST_TURN, MOST = 0.1, 1e4  # [rad] of a step of `tumble`; number of such ste
 LEAST_MOBILITY = 1e-9  # of the mobility of the free body: least mobility of a tree's point
 MIDPOINTS, CLOSE = 12, 1e-20  # iterations of `spin_after`; squared relative change of a mean spin after which it ends
 EXACT = 1e-31  # squared relative error of a spin at which the iteration ends
+# [m/s]: a body whose speed would change by more in a step, and by more than its present speed, has jumped: robot arms
+# and belts start with less, 10 mm in 2 ms is no motion. Also the limit of `touch.initial_overlap_limit`
+JUMP = 5.0
 
 
 def fly(b, until):
@@ -274,7 +277,7 @@ def swing(b):
     return 0.0 if b.tree == 0 else tree_at(b.tree, 0).swing
 
 
-def change_bound(b, reach, time, most=1.0):
+def change_bound(b, reach, time, most=1.0, along=False):
     """Return a bound on the change, by joints, of the acceleration [m/s^2] of a point within a time [s].
 
     The point is within `reach` [m] of the centre of mass. The body and its ancestors turn at a rate r at most:
@@ -282,37 +285,18 @@ def change_bound(b, reach, time, most=1.0):
     fast as the fastest of them, by no more than the load on them times the geometric mean of both mobilities
     (Cauchy-Schwarz). A vector that turns changes by at most twice its length. `most` [rad] is 1, or 3 for six times the
     mean change of the velocity over that time, divided by it: of min(r t, 1) the mean of the integral is at most
-    time min(r time, 3)/6.
+    time min(r time, 3)/6. along: only of its part along the path of the point. Centripetal acceleration has none; what
+    remains of its change is the precession of the body's axes: by the rate of its parent, if it has one axis.
     """
     if b.tree == 0:
         return 0.0
-    return pull_bound(b, reach, time, most) + 4.0 * reach * turn_rate(b) ** 2 * min(turn_rate(b) * time, most)
-
-
-def pull_bound(b, reach, time, most):
-    """Return the part of `change_bound` by the other bodies of the tree."""
-    t = tree_at(b.tree, 0)
-    return 4.0 * min(t.max_acceleration, t.effort * sqrt(mobility_bound(b, reach))) * min(t.rate * time, most)
-
-
-def turning_change_bound(b, reach, time, most):
-    """Return the change, by joints, of the acceleration [m/s^2] along its path of a point that a body turns.
-
-    That is `change_bound` without the centripetal acceleration, which turns the velocity of the point, but does not
-    raise it. What remains of it is the precession of the body's axes: by the rate of its parent, if it has one axis.
-    """
-    if b.tree == 0:
-        return 0.0
-    link, own = link_at(tree_at(b.tree, 0).links, b.member), turn_rate(b)
-    carried = own
-    if link.axes == 1:
-        carried = link_at(tree_at(b.tree, 0).links, link.parent).rate if link.parent >= 0 else 0.0
-    return pull_bound(b, reach, time, most) + 4.0 * reach * own * carried * min(own * time, most)
-
-
-# [m/s]: a body whose speed would change by more in a step, and by more than its present speed, has jumped: robot arms
-# and belts start with less, 10 mm in 2 ms is no motion. Also the limit of `touch.initial_overlap_limit`
-JUMP = 5.0
+    t, own = tree_at(b.tree, 0), turn_rate(b)
+    pull = min(t.max_acceleration, t.effort * sqrt(mobility_bound(b, reach))) * min(t.rate * time, most)
+    link, carried = link_at(t.links, b.member), own
+    if along and link.axes == 1:
+        carried = link_at(t.links, link.parent).rate if link.parent >= 0 else 0.0
+    turning = 4.0 * reach * own * carried if along else 4.0 * reach * own**2
+    return 4.0 * pull + turning * min(own * time, most)
 
 
 def move_kinematic(w, b, place, turn, h):
@@ -326,34 +310,22 @@ def move_kinematic(w, b, place, turn, h):
     twist = rotation_vector(product(turn, (back[0], -back[1], -back[2], -back[3])))
     velocity, spin = scale(1.0 / h, sub(place, load(b.position))), scale(1.0 / h, twist)
     change = norm(sub(velocity, load(b.velocity))) + b.reach * norm(sub(spin, load(b.spin)))
-    if change <= max(norm(load(b.velocity)) + b.reach * norm(load(b.spin)), JUMP):
-        store(b.velocity, velocity)
-        store(b.spin, spin)
-    else:
+    if not change <= max(norm(load(b.velocity)) + b.reach * norm(load(b.spin)), JUMP):
         store(b.position, place)
         store4(b.quaternion, turn)
         b.placed, w.stale = 1, 1
-        store(b.velocity, ZERO)
-        store(b.spin, ZERO)
+        velocity, spin = ZERO, ZERO
+    store(b.velocity, velocity)
+    store(b.spin, spin)
     set_axes(b)
 
 
 def wake_body(b, now):
     """Wake a body, and all others of its tree."""
-    if b.tree == 0:
-        wake_one(b, now)
-    else:
-        t = tree_at(b.tree, 0)
-        for i in range(t.count):
-            wake_one(body_at(t.bodies, i), now)
-
-
-def wake_one(b, now):
-    """Wake a single body."""
-    b.asleep = 0
-    b.still = 0
-    b.time = now
-    b.changed = 1
+    for i in range(tree_at(b.tree, 0).count if b.tree != 0 else 1):
+        one = body_at(tree_at(b.tree, 0).bodies, i) if b.tree != 0 else b
+        one.asleep, one.still, one.changed = 0, 0, 1
+        one.time = now
 
 
 jit_module(__name__)

@@ -6,7 +6,7 @@ from contactlaw.world.data.call import ask_separation
 from contactlaw.world.data.kinds import BOX, EDGE, ELLIPSOID, SEGMENT
 from contactlaw.world.data.quaternion import rotate
 from contactlaw.world.data.vec import add, dot, load, norm, sub
-from contactlaw.world.shapes.core import set_back
+from contactlaw.world.shapes.core import clip, set_back
 from contactlaw.world.shapes.geometry import (
     BACK,
     LOST,
@@ -18,7 +18,6 @@ from contactlaw.world.shapes.geometry import (
     meet_place,
     overlap_of_cores,
 )
-from contactlaw.world.shapes.segments import clip
 
 SAME = 1e-3  # of the radius of shape A, up to which two places on a height field are one
 

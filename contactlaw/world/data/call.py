@@ -34,12 +34,13 @@ ask_beside: Any = caller(
 ask_deepest: Any = caller(types.Tuple((VECTOR, NUMBER))(*TWO, VECTOR))
 ask_meet: Any = caller(types.Tuple((NUMBER, VECTOR, VECTOR, VECTOR))(*TWO, NUMBER))
 ask_nearest: Any = caller(
-    types.Tuple((VECTOR, NUMBER, VECTOR, types.UniTuple(VECTOR, 3)))(*TWO, VECTOR, NUMBER, types.UniTuple(VECTOR, 3))
+    types.Tuple((VECTOR, VECTOR, types.int64, VECTOR, types.UniTuple(VECTOR, 3)))(
+        *TWO, VECTOR, types.int64, types.UniTuple(VECTOR, 3)
+    )
 )
 ask_separation: Any = caller(types.Tuple((VECTOR, NUMBER, NUMBER, VECTOR))(*TWO, VECTOR))
 ask_curve: Any = caller(types.Tuple((NUMBER, NUMBER, VECTOR))(*TWO, VECTOR, VECTOR))
 ask_predict: Any = caller(types.void(NEAR_TYPE, *TWO, VECTOR, VECTOR, NUMBER))
-ask_over_face: Any = caller(types.boolean(VECTOR, VECTOR, NUMBER, SHAPE_TYPE, BODY_TYPE))
 call_roll: Any = caller(types.void(WORLD_TYPE, CONTACT_TYPE, PAIR))
 call_on_world: Any = caller(types.boolean(WORLD_TYPE))
 call_on_island: Any = caller(types.void(WORLD_TYPE, types.int64, types.int64))

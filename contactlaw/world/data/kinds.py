@@ -4,11 +4,11 @@ SPHERE: meets all shapes but the ends of capsules. END: a sphere too, one end of
 only. SEGMENT: the side of a capsule, which meets round shapes, and the edges of boxes and hulls. BOX, CYLINDER, HULL (a
 polyhedron swept by a ball) and PLANE (a half space) meet round shapes. ELLIPSOID: meets all but parts.
 
-Flat shapes meet each other by round parts, see `shapes.parts.parts_of`: CORNER, a small sphere; EDGE, a segment; DISC,
-the rim of a cylinder; SIDE, a disc extended along the axis, which meets cylinders and height fields only. HEIGHT_FIELD:
-meets what a plane meets, and sides and edges on ridges; one surface is several shapes, see `shapes.height_field`; whole
-shapes are separated from it by the plane at its top. TANGENT: a plane that is placed anew before each step where an
-engine has found two shapes nearest; its pair is always near.
+Flat shapes meet each other by round parts, see `shapes.description.parts_of`: CORNER, a small sphere; EDGE, a segment;
+DISC, the rim of a cylinder; SIDE, a disc extended along the axis, which meets cylinders and height fields only.
+HEIGHT_FIELD: meets what a plane meets, and sides and edges on ridges; one surface is several shapes, see
+`shapes.height_field`; whole shapes are separated from it by the plane at its top. TANGENT: a plane that is placed anew
+before each step where an engine has found two shapes nearest; its pair is always near.
 """
 
 SPHERE, END, CORNER, SEGMENT, EDGE, DISC, SIDE, ELLIPSOID, BOX, CYLINDER, HULL, PLANE, HEIGHT_FIELD, TANGENT = range(14)

@@ -71,7 +71,7 @@ BODY = record(
 """A rigid body. The first one is the world itself, which does not move."""
 
 TREE = record(
-    # addresses of the functions that move it, see `trees.mobility`, `trees.motion` and `trees.implicit`
+    # addresses of the functions that move it, see `trees.mobility` and `trees.motion`
     fly="u8", drift="u8", settle="u8", kick="u8", mobility="u8", spread_delta_v="u8", add_accelerations="u8", stop="u8",
     move_from_start="u8", write_masses="u8", add_damping="u8", add_force="u8",  # in an implicit step
     move="u8",  # q <- q moved by x; poses of its bodies, links and axes there
@@ -125,8 +125,8 @@ LINK = record(
     bias=VECTOR, bias_turning=VECTOR,  # bias accelerations, at a = 0: of its material at the origin, and angular
     response=VECTOR, response_turning=VECTOR,  # the same accelerations by a alone
     force=VECTOR, moment=VECTOR,  # [N], [N m] about the origin, that it and all it carries need at a = 0
-    # composite body of it and all it carries, about the origin: mass, first moment, inertia xx yy zz xy xz yz
-    composite_mass="f8", composite_moment=VECTOR, composite_inertia=("f8", (6,)),
+    # composite body of it and all it carries, about the origin: mass, first moment, inertia
+    composite_mass="f8", composite_moment=VECTOR, composite_inertia=MATRIX,
 )  # fmt: skip
 """A body of a tree and how its parent carries it; the row of the same body in `Arrays.bodies` holds its motion."""
 
@@ -166,7 +166,7 @@ SHAPE = record(
     first="i8",  # of a hull: row in `Arrays.points` of the table of its core, along the principal axes from `at`
     points="u8",  # address of that table
     # addresses of functions, see `shapes.functions`
-    meet="u8", curve="u8", separation="u8", nearest="u8", deepest="u8", beside="u8", predict="u8", over_face="u8",
+    meet="u8", curve="u8", separation="u8", nearest="u8", deepest="u8", beside="u8", predict="u8",
     friction="f8", priority="i8",  # coefficient for pairs that have none, and which of two shapes gives it
 )  # fmt: skip
 """A shape fixed to a body, of one of the `kinds`."""

@@ -149,7 +149,7 @@ def sweep_radius(s):
 
 
 def separate(w, g, n):
-    """Return normal, low and high of `convex.separate` for a guard's whole shapes, swept by their radii.
+    """Return normal, low and high of `gjk.separate` for a guard's whole shapes, swept by their radii.
 
     n: a normal to use, or zero to find one. The separation is low - high [m].
     """

@@ -38,6 +38,7 @@ from contactlaw.world.data.records import CLOSED, HINGE, NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body
 from contactlaw.world.near.guards import drop_guard, lead_of, new_guard, parts_margin, separate
 from contactlaw.world.near.places import places_of
+from contactlaw.world.shapes.core import clip
 from contactlaw.world.shapes.geometry import (
     IGNORED,
     bounding_radius,
@@ -47,7 +48,6 @@ from contactlaw.world.shapes.geometry import (
     lies_over_face,
     meet,
 )
-from contactlaw.world.shapes.segments import clip
 from contactlaw.world.trees.kinematics import is_free
 
 

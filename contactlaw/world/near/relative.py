@@ -2,7 +2,7 @@
 
 from contactlaw.jit import jit_module
 from contactlaw.world.bodies.bounds import spin_bound, turning_bound
-from contactlaw.world.bodies.motion import acceleration_at, acceleration_of, change_bound, turning_change_bound
+from contactlaw.world.bodies.motion import acceleration_at, acceleration_of, change_bound
 from contactlaw.world.data.vec import cross, dot, load, norm, sub, to_body
 
 
@@ -45,7 +45,7 @@ def motion_bounds(a, b, now, left, share):
     twist += turning_bound(a, left)
     if are_linked(a, b):
         twist = norm(sub(load(a.turning), load(b.turning)))
-    change = turning_change_bound(a, a.reach, left, 3.0) + change_bound(b, far + a.reach, left, 3.0)
+    change = change_bound(a, a.reach, left, 3.0, True) + change_bound(b, far + a.reach, left, 3.0)
     slides = min(slides + share * left * push, fast + spin * far)
     turns = min(turns + share * left * twist, spin_bound(a, left) + spin)
     return slides, turns, push, twist, spin, change

@@ -10,23 +10,37 @@ from contactlaw.jit import jit_module
 from contactlaw.world.data.call import ask_nearest
 from contactlaw.world.data.kinds import BOX, EDGE, HULL
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, norm, scale, to_body, to_world
-from contactlaw.world.shapes.segments import next_place
 
 ITERATIONS = 60  # of Newton's method, which ends on the right piece of the slope; guarded by bisection
 CROWN = 0.01  # of the radius, by which sides, edges and discs are lower at their middle, and again at their ends
 FALL = 0.1  # of the radius, by which an edge falls off towards a corner: as deep as Hertz's theory holds
 FALL_LENGTH = 2.0  # of the radius, from the corner, within which it does
 LEAST = 1e-9  # [m] least distance from a core in quotients
-NOWHERE = ZERO, 0.0, ZERO, (ZERO, ZERO, ZERO)
-CONVERGED, CONVERGED_ON_HULL = (
-    1e-15,
-    1e-10,
-)  # of a half length, a step at which the iteration ends; on hulls, which cost more
+NOWHERE = ZERO, 0, ZERO, (ZERO, ZERO, ZERO)
+CONVERGED, CONVERGED_ON_HULL = 1e-15, 1e-10  # of a half length, a step at which the iteration ends; hulls cost more
+
+
+def clip(x, most=1.0):
+    """Return the number from -most to most nearest to x."""
+    return min(max(x, -most), most)
+
+
+def next_place(at, value, slope, ends):
+    """Take a step of Newton's method for the root, from -1 to 1, of a growing function; bisect where that leads out.
+
+    value, slope: of the function at a place `at`. ends: between which the root was before. Returns the next place, and
+    between which the root is now.
+    """
+    low, high = (ends[0], at) if value > 0.0 else (at, ends[1])
+    new = clip(at - value / slope) if slope > 0.0 else high
+    if not low < new < high:
+        new = clip(0.5 * (low + high))
+    return new, (low, high)
 
 
 def excess(x, half):
     """Return by how much a coordinate lies outside the interval from -half to half."""
-    return x - min(max(x, -half), half)
+    return x - clip(x, half)
 
 
 def excess_of(p, s, less):
@@ -42,17 +56,6 @@ def excess_of(p, s, less):
     return out * p[0], out * p[1], z
 
 
-def excess_along(p, e, q, s, less):
-    """Return the derivative of the excess e of a point p along q: H q, H the second derivative of distance^2/2."""
-    z = q[2] if e[2] != 0.0 else 0.0
-    if s.kind == BOX:
-        return q[0] if e[0] != 0.0 else 0.0, q[1] if e[1] != 0.0 else 0.0, z
-    square, h = p[0] * p[0] + p[1] * p[1], s.half[0] - less
-    out = 1.0 - h / sqrt(square) if square > h * h else 0.0
-    turned = (1.0 - out) * (p[0] * q[0] + p[1] * q[1]) / square if out > 0.0 else 0.0
-    return out * q[0] + turned * p[0], out * q[1] + turned * p[1], z
-
-
 def local(v, s, b):
     """Return a vector of the world along a core's own axes."""
     return to_body(s.axes, to_body(b.axes, v))
@@ -62,24 +65,33 @@ def excess_at(m, offset, less, shapes, last):
     """Return the excess over a core at m + offset, and what `change_of` and the next call need.
 
     m, offset: along the core's axes; of a hull in the world, `offset` from A's middle. shapes: (sa, a, sb, b), the
-    shape A that the point belongs to and the core B, with their bodies. last: result at a point nearby, or `NOWHERE`:
-    on a hull the search starts there. The further results are, of a hull, the number of vertices of the nearest
-    feature, its edge, and the simplex; of other cores 0, and the point along the core's axes.
+    shape A that the point belongs to and the core B, with their bodies. last: result at a point nearby, or `NOWHERE`.
+    The further results are, of a hull, those of `gjk.nearest`; of other cores 0, and the point along the core's axes.
     """
     sa, a, sb, b = shapes
     if sb.kind == HULL:
-        return ask_nearest(sb.nearest, sa, a, sb, b, offset, last[1], last[3])
+        e, _, count, edge, vertices = ask_nearest(sb.nearest, sa, a, sb, b, offset, last[1], last[3])
+        return e, count, edge, vertices
     x = add(m, offset)
-    return excess_of(x, sb, less), 0.0, x, last[3]
+    return excess_of(x, sb, less), 0, x, last[3]
 
 
 def change_of(e, count, other, q, less, s):
-    """Return the derivative of the excess along q; of a hull by its nearest vertex, edge or face, see `gjk.nearest`."""
-    if s.kind != HULL:
-        return excess_along(other, e, q, s, less)
-    if count == 2.0:
-        return axpy(-dot(other, q) / dot(other, other), other, q)
-    return q if count < 2.0 else scale(dot(e, q) / max(dot(e, e), LEAST * LEAST), e)
+    """Return the derivative of an excess along q: H q, H the second derivative of distance^2/2.
+
+    e, count, other: as found by `excess_at`; of a hull H is that of its nearest vertex, edge or face.
+    """
+    if s.kind == HULL:
+        if count == 2:
+            return axpy(-dot(other, q) / dot(other, other), other, q)
+        return q if count < 2 else scale(dot(e, q) / max(dot(e, e), LEAST * LEAST), e)
+    p, z = other, q[2] if e[2] != 0.0 else 0.0
+    if s.kind == BOX:
+        return q[0] if e[0] != 0.0 else 0.0, q[1] if e[1] != 0.0 else 0.0, z
+    square, h = p[0] * p[0] + p[1] * p[1], s.half[0] - less
+    out = 1.0 - h / sqrt(square) if square > h * h else 0.0
+    turned = (1.0 - out) * (p[0] * q[0] + p[1] * q[1]) / square if out > 0.0 else 0.0
+    return out * q[0] + turned * p[0], out * q[1] + turned * p[1], z
 
 
 def length_and_direction(e):
@@ -125,22 +137,6 @@ def nearest_on_core(d, s, b, rounding):
     else:
         distance, n = way_out(p, s)
     return distance, to_world(b.axes, to_world(s.axes, n))
-
-
-def lies_over_face(d, u, margin, s, b):
-    """Return whether a whole edge lies over one face of a box, at least `margin` [m] inside the face's border.
-
-    The edge's ends, where the corners are, are then as deep or deeper: the edge itself never touches. d, u: as for
-    `deepest_on_line`.
-    """
-    p, q = local(d, s, b), local(u, s, b)
-    beyond, over = 0, 0
-    for i in range(3):
-        if abs(p[i]) + abs(q[i]) + margin <= s.half[i] - s.radius:
-            over += 1
-        elif abs(p[i]) - abs(q[i]) >= s.half[i] - 2.0 * s.radius:
-            beyond += 1
-    return over == 2 and beyond == 1
 
 
 def set_back(s, u, at):

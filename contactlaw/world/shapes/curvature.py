@@ -15,13 +15,13 @@ from contactlaw.jit import jit_module
 from contactlaw.world.data.access import body_at, shape_at
 from contactlaw.world.data.call import ask_curve, ask_nearest
 from contactlaw.world.data.kinds import BOX, CORNER, DISC, EDGE, ELLIPSOID, HULL, PLANE, SEGMENT, SIDE
-from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub, tangent, to_body, to_world
-from contactlaw.world.shapes.core import CROWN, local
+from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub, tangent, to_world
+from contactlaw.world.shapes.core import CROWN, clip, local
 from contactlaw.world.shapes.disc import line_of
 from contactlaw.world.shapes.ellipsoid import shrink, swell
-from contactlaw.world.shapes.field_surface import curvatures, normal, surface, within
+from contactlaw.world.shapes.field_surface import curvatures, normal, surface
 from contactlaw.world.shapes.geometry import centre, meet
-from contactlaw.world.shapes.segments import CAPSULE_CROWN
+from contactlaw.world.shapes.swept import CAPSULE_CROWN
 
 SCALE = 0.0312022  # of the fit of ln(R sqrt(p q)) in ln(1 + SCALE ln^2(q/p))
 FIT = (1.3265492, 0.13058459, 0.11675849)  # its coefficients
@@ -149,9 +149,9 @@ def of_box(sa, a, sb, b, n, arm):
 def of_hull(sa, a, sb, b, n, arm):
     """`curvatures_of` a hull at a vertex, an edge or a face."""
     point = add(arm, sub(load(b.position), add(load(a.position), centre(sa, a))))
-    _, count, edge, _ = ask_nearest(sb.nearest, sa, a, sb, b, point, 0.0, (ZERO, ZERO, ZERO))
-    k = 1.0 / sb.radius if count < 3.0 else 0.0
-    return (0.0, k, scale(1.0 / norm(edge), edge)) if count == 2.0 else (k, k, ZERO)
+    _, _, count, edge, _ = ask_nearest(sb.nearest, sa, a, sb, b, point, 0, (ZERO, ZERO, ZERO))
+    k = 1.0 / sb.radius if count < 3 else 0.0
+    return (0.0, k, scale(1.0 / norm(edge), edge)) if count == 2 else (k, k, ZERO)
 
 
 def of_field(sa, a, sb, b, n, arm):
@@ -159,7 +159,7 @@ def of_field(sa, a, sb, b, n, arm):
     if sa.kind == DISC or sa.kind == ELLIPSOID:
         return 0.0, 0.0, ZERO
     foot = local(sub(arm, centre(sb, b)), sb, b)
-    _, slopes, bends = surface(sb, within(foot[0], sb.half[0]), within(foot[1], sb.half[1]))
+    _, slopes, bends = surface(sb, clip(foot[0], sb.half[0]), clip(foot[1], sb.half[1]))
     least, most, e = principal(*curvatures(slopes, bends, normal(slopes)))
     return least, most, to_world(b.axes, to_world(sb.axes, e))
 
@@ -174,12 +174,10 @@ def radius_is_clear(w, c):
         return True
     if sa.kind == SEGMENT:
         return False
-    a, b, clear = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b), False
+    a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
     _, normal, _, _ = meet(sa, a, sb, b)  # the contact's own normal may be older than the box's pose
-    n = to_body(b.axes, normal)
-    for i in range(3):
-        clear = clear or abs(n[0] * sb.axes[i] + n[1] * sb.axes[3 + i] + n[2] * sb.axes[6 + i]) > ALIGNED
-    return clear
+    n = local(normal, sb, b)
+    return max(abs(n[0]), abs(n[1]), abs(n[2])) > ALIGNED
 
 
 jit_module(__name__)

@@ -1,4 +1,7 @@
-"""Shapes added to a world from Python, as fields of the records `records.SHAPE`."""
+"""Shapes added to a world from Python, and their round parts, as fields of the records `records.SHAPE`."""
+
+from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -6,12 +9,17 @@ from numpy.typing import ArrayLike
 from contactlaw import checks
 from contactlaw.world.data import kinds
 from contactlaw.world.data.frames import matrix_of, turn_to, unit_quaternion
+from contactlaw.world.data.kinds import BOX, CORNER, CYLINDER, DISC, EDGE, HEIGHT_FIELD, HULL, PLANE, SIDE
 from contactlaw.world.data.records import Array
 from contactlaw.world.shapes import field_surface
+from contactlaw.world.shapes.core import CROWN
 from contactlaw.world.shapes.geometry import PLACES
 from contactlaw.world.shapes.hulls import core_of
-from contactlaw.world.shapes.parts import Fields, parts_of
 
+Fields = dict[str, Any]
+
+CORES = {BOX, CYLINDER, HULL}
+FEET = 0.7  # distance of a foot from the axis, of the radius of the rim
 ROUNDING = 0.1  # default radius of the edges of a box or a cylinder, of its smallest half length
 
 
@@ -24,15 +32,13 @@ class Shapes:
         self._memberships: list[tuple[int, ...]] = []  # of each shape: the sets that it is in, 2 rule + side
         self._kinds: list[int] = []  # of each shape
         self._owners: list[int] = []  # of each shape: its own number, or that of the shape that it is a part of
-        self._solids: dict[int, Fields] = {}  # boxes, cylinders and hulls
-        self._met: dict[int, set[int]] = {}  # of each of these: kinds of shapes that it has parts for
+        self._solids: dict[int, tuple[Fields, set[int]]] = {}  # cores, and the kinds of shapes that each has parts for
         self._regroup = False
 
     def add_sphere(self, body: int, radius: float, at: ArrayLike = (0.0, 0.0, 0.0)) -> int:
         """Fix a sphere to a body; returns the shape's number.
 
         Args:
-            body: Number of the body.
             radius: [m].
             at: Its centre, from the centre of mass along the body's axes [m], shape (3,).
         """
@@ -45,7 +51,6 @@ class Shapes:
         """Fix a capsule to a body; returns the numbers of its three shapes: its side and both ends.
 
         Args:
-            body: Number of the body.
             radius: [m].
             half_length: From its middle to the centre of an end [m].
             at: Its middle, from the centre of mass along the body's axes [m], shape (3,).
@@ -53,7 +58,7 @@ class Shapes:
         """
         half = checks.positive("half_length", half_length) * checks.unit_vector("axis", axis)
         own, middle = {"radius": checks.positive("radius", radius)}, checks.vector("at", at)
-        side = self._shape(self._placed(kinds.SEGMENT, body, middle) | own | {"half": self._turn(body)[1] @ half})
+        side = self._shape(self._placed(kinds.SEGMENT, body, middle, half=half) | own)
         one, other = (self._shape(self._placed(kinds.END, body, middle + s * half) | own) for s in (1.0, -1.0))
         return side, one, other
 
@@ -64,7 +69,6 @@ class Shapes:
         """Fix a box to a body, or to the world: None; returns the shape's number.
 
         Args:
-            body: Number of the body.
             half_lengths: [m], shape (3,).
             at: Its centre [m], shape (3,): from the centre of mass along the body's axes, or in the world.
             quaternion: Of its own axes in the body's, scalar first, shape (4,).
@@ -72,7 +76,7 @@ class Shapes:
                 tenth of the smallest half length.
         """
         half, axes = _sizes("half_lengths", half_lengths), matrix_of(unit_quaternion("quaternion", quaternion))
-        return self._solid(self._placed(kinds.BOX, body, at, axes) | _rounded(half, rounding))
+        return self._shape(self._placed(kinds.BOX, body, at, axes=axes) | _rounded(half, rounding))
 
     def add_cylinder(
         self, body: int | None, radius: float, half_length: float, at: ArrayLike = (0.0, 0.0, 0.0),
@@ -81,7 +85,6 @@ class Shapes:
         """Fix a cylinder to a body, or to the world: None; returns the shape's number.
 
         Args:
-            body: Number of the body.
             radius: [m].
             half_length: From its middle to an end [m].
             at, rounding: As for a box.
@@ -89,7 +92,7 @@ class Shapes:
         """
         axes = turn_to(checks.unit_vector("axis", axis))
         sizes = np.array([checks.positive("radius", radius), checks.positive("half_length", half_length)])
-        return self._solid(self._placed(kinds.CYLINDER, body, at, axes) | _rounded(sizes[[0, 0, 1]], rounding))
+        return self._shape(self._placed(kinds.CYLINDER, body, at, axes=axes) | _rounded(sizes[[0, 0, 1]], rounding))
 
     def add_ellipsoid(
         self, body: int | None, half_axes: ArrayLike, at: ArrayLike = (0.0, 0.0, 0.0),
@@ -98,12 +101,11 @@ class Shapes:
         """Fix an ellipsoid to a body, or to the world: None; returns the shape's number.
 
         Args:
-            body: Number of the body.
             half_axes: [m], shape (3,).
             at, quaternion: As for a box.
         """
         half, axes = _sizes("half_axes", half_axes), matrix_of(unit_quaternion("quaternion", quaternion))
-        return self._shape(self._placed(kinds.ELLIPSOID, body, at, axes) | {"half": half})
+        return self._shape(self._placed(kinds.ELLIPSOID, body, at, axes=axes) | {"half": half})
 
     def add_hull(
         self, body: int | None, points: ArrayLike, rounding: float | None = None, at: ArrayLike = (0.0, 0.0, 0.0),
@@ -114,7 +116,6 @@ class Shapes:
         Points that change the hull by less than 0.005 of its size are left out, and it has a hundred vertices at most.
 
         Args:
-            body: Number of the body.
             points: [m], shape (n, 3), along their own axes.
             rounding: Radius of its edges [m]; None: a tenth of the least distance of a face from its middle.
             at: Origin of the points [m], shape (3,): from the centre of mass along the body's axes, or in the world.
@@ -124,25 +125,24 @@ class Shapes:
         if own.ndim != 2 or own.shape[1] != 3:
             raise ValueError(f"points: shape {own.shape}; must be (n, 3)")
         radius = None if rounding is None else checks.positive("rounding", rounding)
-        made = self._placed(kinds.HULL, body, at, matrix_of(unit_quaternion("quaternion", quaternion)))
+        made = self._placed(kinds.HULL, body, at, axes=matrix_of(unit_quaternion("quaternion", quaternion)))
         vertices, edges, radius = core_of(own, radius)
         own = vertices @ made.pop("axes").reshape(3, 3).T
         middle = 0.5 * (own.max(0) + own.min(0))
         own -= middle
         reach = float(np.linalg.norm(own, axis=1).max()) + radius
         made |= {"radius": radius, "at": made["at"] + middle, "half": np.array([reach, 0.0, 0.0]), "vertices": own}
-        return self._solid(made | {"edges": edges})
+        return self._shape(made | {"edges": edges})
 
     def add_plane(self, body: int | None, point: ArrayLike, normal: ArrayLike) -> int:
         """Fix a plane, the surface of a half space, to a body, or to the world: None; returns the shape's number.
 
         Args:
-            body: Number of the body.
             point: On the plane [m], shape (3,): from the centre of mass along the body's axes, or in the world.
             normal: Outward normal of the half space along the same axes, a unit vector.
         """
         p, n = checks.vector("point", point), checks.unit_vector("normal", normal)
-        return self._shape(self._placed(kinds.PLANE, body, p) | {"normal": self._turn(body)[1] @ n})
+        return self._shape(self._placed(kinds.PLANE, body, p, normal=n))
 
     def add_height_field(
         self, body: int | None, heights: ArrayLike, half_lengths: ArrayLike, at: ArrayLike = (0.0, 0.0, 0.0),
@@ -154,7 +154,6 @@ class Shapes:
         and on ridges by sides of capsules and cylinders and edges of boxes and hulls.
 
         Args:
-            body: Number of the body.
             heights: [m], shape (rows, columns), at least two each: rows along its y axis, columns along x.
             half_lengths: Half of its lengths along x and y [m], shape (2,).
             at, quaternion: As for a box; heights are along the third axis.
@@ -166,8 +165,9 @@ class Shapes:
             raise ValueError(f"half_lengths = {half.tolist()}: must be two numbers > 0")
         rows, top = field_surface.table(own, half)
         axes = matrix_of(unit_quaternion("quaternion", quaternion))
-        made = self._placed(kinds.HEIGHT_FIELD, body, checks.vector("at", at) + top * axes[:, 2], axes)
-        made |= {"half": np.array([*half, 0.0]), "normal": self._turn(body)[1] @ axes[:, 2], "heights": rows}
+        place = checks.vector("at", at) + top * axes[:, 2]
+        made = self._placed(kinds.HEIGHT_FIELD, body, place, axes=axes, normal=axes[:, 2])
+        made |= {"half": np.array([*half, 0.0]), "heights": rows}
         number = self._shape(made)
         for place in range(1, PLACES):
             self._shape(made | {"place": place}, number)
@@ -205,15 +205,11 @@ class Shapes:
             raise ValueError(f"body = {body}: there are {len(self._frames)} bodies, counted from 0")
         return body + 1
 
-    def _turn(self, body: int | None) -> tuple[int, Array]:
-        """Return the row of a body and the matrix from its axes to the principal ones; of the world: None."""
-        return (0, np.eye(3)) if body is None else (self._body(body), matrix_of(self._frames[body]).T)
-
-    def _placed(self, kind: int, body: int | None, at: ArrayLike, axes: Array | None = None) -> Fields:
-        """Return the fields that place a shape, converted to the principal axes."""
-        row, turn = self._turn(body)
-        own = {} if axes is None else {"axes": (turn @ axes).ravel()}
-        return {"kind": kind, "body": row, "at": turn @ checks.vector("at", at)} | own
+    def _placed(self, kind: int, body: int | None, at: ArrayLike, **own: Array) -> Fields:
+        """Return the fields that place a shape on a body, or the world: None, converted to the principal axes."""
+        row, turn = (0, np.eye(3)) if body is None else (self._body(body), matrix_of(self._frames[body]).T)
+        place = {"kind": kind, "body": row, "at": turn @ checks.vector("at", at)}
+        return place | {name: (turn @ value).ravel() for name, value in own.items()}
 
     def _shape(self, fields: Fields, owner: int | None = None) -> int:
         number = len(self._kinds)
@@ -222,22 +218,61 @@ class Shapes:
         self._owners.append(number if owner is None else owner)
         self._memberships.append(())
         self._regroup = True
-        return number
-
-    def _solid(self, fields: Fields) -> int:
-        """Add a box, cylinder or hull."""
-        number = self._shape(fields)
-        self._solids[number], self._met[number] = fields, set()
+        if fields["kind"] in CORES:
+            self._solids[number] = fields, set()
         return number
 
     def _give_parts(self, ones: list[int], others: list[int]) -> None:
         """Add the parts by which the boxes, cylinders and hulls of one set meet the shapes of another."""
         met = {self._kinds[number] for number in others} if self._solids else set()
         for number in sorted(self._solids.keys() & set(ones)):
-            had = parts_of(self._solids[number], self._met[number])
-            self._met[number] |= met
-            for part in parts_of(self._solids[number], self._met[number])[len(had) :]:
+            fields, known = self._solids[number]
+            had = len(parts_of(fields, known))
+            known |= met
+            for part in parts_of(fields, known)[had:]:
                 self._shape(part, number)
+
+
+def parts_of(core: Fields, others: set[int]) -> list[Fields]:
+    """Return the round parts by which a box, cylinder or hull meets flat shapes.
+
+    others: kinds of the shapes that it may meet. Edges are rounded with the core's radius r, and all parts lie within
+    the core. On a plane a box needs its CORNERs alone, spheres inscribed in its corners. With other cores and height
+    fields it needs its EDGEs too: these are crowned, and set back by a hundredth of r, so that corners carry where they
+    can. A cylinder rests on its rims, DISCs that reach to its side, and on four small feet an end, which leave the
+    ground once the rim is lower by some hundredths of r. A hull has the same parts as a box.
+    """
+    flat, cores = others & {PLANE, HEIGHT_FIELD, *CORES}, others & CORES
+    if not flat:
+        return []
+    lined = cores | (others & {HEIGHT_FIELD})
+    base, r = {"body": core["body"], "radius": core["radius"]}, core["radius"]
+    if core["kind"] == HULL:
+        own = core["at"] + core["vertices"]
+        out = [base | {"kind": CORNER, "at": corner} for corner in own]
+        for i, j in core["edges"] if lined else ():
+            out.append(base | {"kind": EDGE, "at": 0.5 * (own[i] + own[j]), "half": 0.5 * (own[j] - own[i])})
+        return out
+    half, own = core["half"], core["axes"].reshape(3, 3)
+    if core["kind"] == BOX:
+        h = half - r
+        ends = np.array(list(product((-1.0, 1.0), repeat=3)))
+        out = [base | {"kind": CORNER, "at": core["at"] + own @ (h * end)} for end in ends]
+        for i in range(3 if lined else 0):
+            along = own[:, i] * h[i]
+            middles = ends[ends[:, i] < 0.0] * (np.arange(3) != i)
+            out += [base | {"kind": EDGE, "at": core["at"] + own @ (h * m), "half": along} for m in middles]
+        return out
+    radius, up, axis = half[0] - r * (1.0 - 2.0 * CROWN), (half[2] - r) * own[:, 2], own[:, 2]
+    round_ = base | {"normal": axis}
+    out = []
+    for one in (up, -up):
+        out.append(round_ | {"kind": DISC, "at": core["at"] + one, "half": radius * own[:, 0]})
+        feet = (x * own[:, i] for i in (0, 1) for x in (FEET * radius, -FEET * radius))
+        out += [base | {"kind": CORNER, "at": core["at"] + one + foot} for foot in feet]
+    if lined & {CYLINDER, HEIGHT_FIELD}:
+        out.append(round_ | {"kind": SIDE, "at": core["at"], "half": radius * own[:, 0] + up})
+    return out
 
 
 def _sizes(name: str, value: ArrayLike) -> Array:

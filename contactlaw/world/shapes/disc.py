@@ -18,8 +18,7 @@ from math import sqrt
 from contactlaw.jit import jit_module
 from contactlaw.world.data.kinds import HULL, PLANE, SIDE
 from contactlaw.world.data.vec import axpy, cross, dot, load, norm, scale, to_world
-from contactlaw.world.shapes.core import CROWN, LEAST, NOWHERE, change_of, excess_at, local
-from contactlaw.world.shapes.segments import next_place
+from contactlaw.world.shapes.core import CROWN, LEAST, NOWHERE, change_of, excess_at, local, next_place
 
 ITERATIONS = 60  # of Newton's method at most; it takes three to six
 CUTS = 40  # times that a step is shortened at most, which converges slowly across edges of a hull
@@ -118,25 +117,21 @@ def deepest(sa, a, sb, b, d):
 
     d: from B's centre, or a plane's point, to the middle of the disc, world frame.
     """
-    radius, side, length = dimensions(sa)
-    r = sa.radius
-    axis = to_world(a.axes, load(sa.normal))
     if sb.kind == PLANE:
         return lowest_over_plane(sa, a, to_world(b.axes, load(sb.normal)))
-    side, shapes = to_world(a.axes, side), (sa, a, sb, b)
+    radius, side, length = dimensions(sa)
+    side, axis, shapes = to_world(a.axes, side), to_world(a.axes, load(sa.normal)), (sa, a, sb, b)
     m, e1, u = d, side, axis
     if sb.kind != HULL:
         m, e1, u = local(d, sb, b), local(side, sb, b), local(axis, sb, b)
-    e2 = cross(u, e1)
-    crown = 2.0 * CROWN * r
-    s = 0.0
-    y = nearest_in_disc(m, e1, e2, radius, crown / (radius * radius), shapes)
+    e2, crown = cross(u, e1), 2.0 * CROWN * sa.radius
     if length > 0.0:
-        along = scale(length, u)
-        s, y = along_axis(m, e1, e2, (along, crown, radius), shapes)
+        s, y = along_axis(m, e1, e2, (scale(length, u), crown, radius), shapes)
+    else:
+        s, y = 0.0, nearest_in_disc(m, e1, e2, radius, crown / (radius * radius), shapes)
     offset = axpy(s * length, axis, axpy(y[0], side, scale(y[1], cross(axis, side))))
     square = (y[0] * y[0] + y[1] * y[1]) / (radius * radius)
-    return offset, r * (1.0 - CROWN * (1.0 + s * s + square))
+    return offset, sa.radius * (1.0 - CROWN * (1.0 + s * s + square))
 
 
 def along_axis(m, e1, e2, made, shapes):

@@ -68,6 +68,20 @@ def on_rim(s, b, n, up):
     return add(centre(s, b), to_world(b.axes, to_world(s.axes, (r * m[0], r * m[1], z)))), r, along
 
 
+def across(sa, a, sb, b, y, up, n):
+    """Return x - y, the points of an ellipsoid A and of B that face each other along n [m]; y; and how y moves.
+
+    y, up: as for `climb`; the motion of y with n as of `on_rim`.
+    """
+    rate, along = 0.0, n
+    if sb.kind == ELLIPSOID:
+        y = facing(sb, b, n)
+    elif up != 0.0:
+        y, rate, along = on_rim(sb, b, n, up)
+    x = add(sub(load(a.position), load(b.position)), facing(sa, a, scale(-1.0, n)))
+    return sub(x, y), y, rate, along
+
+
 def climb(sa, a, sb, b, y, edge, n):
     """Find the normal from B to an ellipsoid A by Newton's method. Returns it, the gap [m] and the point of B.
 
@@ -75,18 +89,12 @@ def climb(sa, a, sb, b, y, edge, n):
     On a cylinder without an edge y stays on its rim: the other rim is a feature of its own, and there is no derivative
     from one to the other.
     """
-    d = sub(load(a.position), load(b.position))
-    two, along = sb.kind == ELLIPSOID, norm(edge)
-    rim = sb.kind == CYLINDER and along == 0.0
-    up = local(sub(y, centre(sb, b)), sb, b)[2]
+    two, along, up = sb.kind == ELLIPSOID, norm(edge), 0.0
+    if sb.kind == CYLINDER and along == 0.0:
+        up = local(sub(y, centre(sb, b)), sb, b)[2]
     was, best, step = n, -NEVER, ZERO
     for _ in range(ITERATIONS):
-        rate, e = 0.0, n
-        if two:
-            y = facing(sb, b, n)
-        elif rim:
-            y, rate, e = on_rim(sb, b, n, up)
-        p = sub(add(d, facing(sa, a, scale(-1.0, n))), y)
+        p, y, rate, e = across(sa, a, sb, b, y, up, n)
         if dot(p, n) < best and norm(step) > NARROW:  # too far: each step increases the gap at first
             step = scale(0.5, step)
             n = add(was, step)
@@ -111,11 +119,8 @@ def climb(sa, a, sb, b, y, edge, n):
         n = scale(1.0 / norm(n), n)
         if wide <= CONVERGED:
             break
-    if two:
-        y = facing(sb, b, n)
-    elif rim:
-        y, _, _ = on_rim(sb, b, n, up)
-    return n, dot(sub(add(d, facing(sa, a, scale(-1.0, n))), y), n), y
+    p, y, _, _ = across(sa, a, sb, b, y, up, n)
+    return n, dot(p, n), y
 
 
 def feature_at(sa, a, sb, b, shift):
@@ -124,7 +129,7 @@ def feature_at(sa, a, sb, b, shift):
     Of a cylinder in closed form: its side is its axis, swept by its radius, and its rim an edge.
     """
     if sb.kind != CYLINDER:
-        v, y, count, e = nearest(sa, a, sb, b, shift)
+        v, y, count, e, _ = nearest(sa, a, sb, b, shift)
         return v, y, count, e, sb.radius
     d = add(sub(load(a.position), load(b.position)), add(centre(sa, a), shift))
     p = to_body(sb.axes, to_body(b.axes, sub(d, centre(sb, b))))
@@ -139,11 +144,9 @@ def feature_at(sa, a, sb, b, shift):
 
 def plane_gap(sa, a, sb, b, n):
     """Return the distance [m] of the planes across n that touch an ellipsoid and a core; the gap is its maximum."""
-    facing_a = add(sub(load(a.position), load(b.position)), facing(sa, a, scale(-1.0, n)))
-    y = support(sb, b, n)
-    if sb.kind == CYLINDER:
-        y, _, _ = on_rim(sb, b, n, local(n, sb, b)[2])
-    return dot(sub(facing_a, y), n)
+    up = copysign(1.0, local(n, sb, b)[2]) if sb.kind == CYLINDER else 0.0
+    p, _, _, _ = across(sa, a, sb, b, support(sb, b, n), up, n)
+    return dot(p, n)
 
 
 def face_over(s, b, d, i):
@@ -220,22 +223,18 @@ def meet(sa, a, sb, b, _along):
         n = to_world(b.axes, load(sb.normal))
         arm_a = facing(sa, a, scale(-1.0, n))
         arm_b = add(arm_a, d)
-        overlap = dot(sub(centre(sb, b), arm_b), n)
-    elif sa.kind == ELLIPSOID:
+        return dot(sub(centre(sb, b), arm_b), n), n, arm_a, arm_b
+    if sa.kind == ELLIPSOID:
         n, gap, y, around = nearest_to_ellipsoid(sa, a, sb, b)
-        overlap = around - gap
-        arm_b = axpy(0.5 * (around + gap), n, y)
-        arm_a = sub(arm_b, d)
-    else:
-        n, gap, y, around = nearest_to_ellipsoid(sb, b, sa, a)
-        overlap = around - gap
-        arm_a = axpy(0.5 * (around + gap), n, y)
-        arm_b, n = add(arm_a, d), scale(-1.0, n)
-    return overlap, n, arm_a, arm_b
+        arm = axpy(0.5 * (around + gap), n, y)
+        return around - gap, n, sub(arm, d), arm
+    n, gap, y, around = nearest_to_ellipsoid(sb, b, sa, a)
+    arm = axpy(0.5 * (around + gap), n, y)
+    return around - gap, scale(-1.0, n), arm, add(arm, d)
 
 
 def separate(sa, a, sb, b, n):
-    """`convex.separate` of an ellipsoid and a core, with a known normal."""
+    """`gjk.separate` of an ellipsoid and a core, with a known normal."""
     lowest = facing(sa, a, scale(-1.0, n))
     low = dot(n, add(sub(load(a.position), load(b.position)), lowest))
     return n, low, low - plane_gap(sa, a, sb, b, n), lowest

@@ -14,6 +14,7 @@ from contactlaw.memory import doubles_at
 from contactlaw.world.data.access import field_at
 from contactlaw.world.data.records import FIELD, Array
 from contactlaw.world.data.vec import cross, dot, norm, scale, tangent
+from contactlaw.world.shapes.core import clip
 
 NEWTON, CUTS = 40, 20  # iterations of Newton's method, and halvings of one step, at most
 CONVERGED = 1e-13  # gradient of distance^2/2 over the distance, at a minimum
@@ -119,17 +120,12 @@ def curvatures(slopes, bends, n):
     return tt, t[0] * (xx * f[0] + xy * f[1]) + t[1] * (xy * f[0] + yy * f[1]), ff, t, f
 
 
-def within(x, half):
-    """Return a coordinate clamped to the border."""
-    return min(max(x, -half), half)
-
-
 def start(s, c):
     """Return x, y to start Newton's method from: straight below the point c, or the nearest grid point if nearer.
 
     Only grid points within the distance straight down can be nearer.
     """
-    x, y = within(c[0], s.half[0]), within(c[1], s.half[1])
+    x, y = clip(c[0], s.half[0]), clip(c[1], s.half[1])
     h, _, _ = surface(s, x, y)
     best = (x - c[0]) ** 2 + (y - c[1]) ** 2 + (h - c[2]) ** 2
     points, far = doubles_at(s.points), sqrt(best)
@@ -148,19 +144,13 @@ def start(s, c):
     return x, y
 
 
-def nearest(s, c):
-    """Return the coordinates x, y of the point of the surface nearest to a point c, all in the field's frame [m]."""
-    x, y = start(s, c)
-    return descend(s, c, x, y)
-
-
-def descend(s, c, x, y):
-    """Return the coordinates x, y of a local minimum of the distance from a point c, found from given ones.
+def descend(s, c, place):
+    """Return the coordinates x, y of a local minimum of the distance from a point c, found from a place x, y.
 
     Newton's method on distance^2/2 within the border, with backtracking. Where the second derivatives make it concave
     they are left out (Gauss-Newton), which always descends.
     """
-    x, y = within(x, s.half[0]), within(y, s.half[1])
+    x, y = clip(place[0], s.half[0]), clip(place[1], s.half[1])
     h, slopes, bends = surface(s, x, y)
     p, q, d = x - c[0], y - c[1], h - c[2]
     for _ in range(NEWTON):
@@ -181,7 +171,7 @@ def descend(s, c, x, y):
         step = (xy * g[1] - yy * g[0]) / determinant, (xy * g[0] - xx * g[1]) / determinant
         share, from_x, from_y = 1.0, x, y
         for _ in range(CUTS):
-            x, y = within(from_x + share * step[0], s.half[0]), within(from_y + share * step[1], s.half[1])
+            x, y = clip(from_x + share * step[0], s.half[0]), clip(from_y + share * step[1], s.half[1])
             h, slopes, bends = surface(s, x, y)
             p, q, d = x - c[0], y - c[1], h - c[2]
             if p * p + q * q + d * d <= square * (1.0 + CONVERGED):  # near the minimum rounding may add to it

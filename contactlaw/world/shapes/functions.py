@@ -6,21 +6,21 @@ from typing import Any
 from contactlaw.jit import address_of
 from contactlaw.world.data import call, kinds
 from contactlaw.world.data.records import Array
-from contactlaw.world.shapes import convex, core, curvature, disc, ellipsoid, height_field, swept
+from contactlaw.world.shapes import curvature, disc, ellipsoid, gjk, height_field, swept
 
 WIDE = {"predict": swept.predict_side}
 FUNCTIONS: dict[int, dict[str, Callable[..., Any]]] = {
     kinds.SEGMENT: WIDE | {"meet": swept.meet, "curve": curvature.of_line},
-    kinds.EDGE: WIDE | {"curve": curvature.of_line, "over_face": core.lies_over_face},
+    kinds.EDGE: WIDE | {"curve": curvature.of_line},
     kinds.DISC: WIDE | {"meet": swept.meet, "curve": curvature.of_rim, "deepest": disc.deepest},
     kinds.SIDE: WIDE | {"curve": curvature.of_line, "deepest": disc.deepest},
     kinds.ELLIPSOID: WIDE | {
         "meet": ellipsoid.meet, "curve": curvature.of_ellipsoid, "separation": ellipsoid.separate,
     },
-    kinds.BOX: WIDE | {"meet": swept.meet, "curve": curvature.of_box, "separation": convex.separate},
-    kinds.CYLINDER: WIDE | {"meet": swept.meet, "curve": curvature.of_cylinder, "separation": convex.separate},
+    kinds.BOX: WIDE | {"meet": swept.meet, "curve": curvature.of_box, "separation": gjk.separate},
+    kinds.CYLINDER: WIDE | {"meet": swept.meet, "curve": curvature.of_cylinder, "separation": gjk.separate},
     kinds.HULL: WIDE | {
-        "meet": convex.meet, "curve": curvature.of_hull, "nearest": convex.seek_nearest, "separation": convex.separate,
+        "meet": gjk.meet, "curve": curvature.of_hull, "nearest": gjk.nearest, "separation": gjk.separate,
     },
     kinds.HEIGHT_FIELD: {
         "meet": height_field.meet, "curve": curvature.of_field, "beside": height_field.meet_beside,

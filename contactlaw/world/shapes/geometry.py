@@ -2,10 +2,11 @@
 
 from contactlaw.jit import jit_module
 from contactlaw.world.data.access import contact_at, near_at, shape_at
-from contactlaw.world.data.call import ask_beside, ask_meet, ask_over_face
+from contactlaw.world.data.call import ask_beside, ask_meet
 from contactlaw.world.data.kinds import BOX, CYLINDER, EDGE, ELLIPSOID, HEIGHT_FIELD, HULL, PLANE, SEGMENT, SPHERE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
+from contactlaw.world.shapes.core import local
 
 BACK = 0.05  # of the sum of radii, by which the contact of two cores is set back behind that of corners and edges
 SUNK = 0.975  # share of `max_overlap`, less what sets back, from which cores may touch: crowns shorten it
@@ -130,11 +131,20 @@ def half_axis(s, b):
 
 
 def lies_over_face(sa, a, sb, b, margin):
-    """Return whether shape A is an edge that lies over one face of a box B, see `core.lies_over_face`."""
+    """Return whether A is an edge that lies wholly over one face of a box B, by `margin` [m] inside the face's border.
+
+    The edge's ends, where the corners are, are then as deep or deeper: the edge itself never touches.
+    """
     if sa.kind != EDGE or sb.kind != BOX:
         return False
     d = add(sub(load(a.position), load(b.position)), sub(centre(sa, a), centre(sb, b)))
-    return ask_over_face(sa.over_face, d, half_axis(sa, a), margin, sb, b)
+    p, q, beyond, over = local(d, sb, b), local(half_axis(sa, a), sb, b), 0, 0
+    for i in range(3):
+        if abs(p[i]) + abs(q[i]) + margin <= sb.half[i] - sb.radius:
+            over += 1
+        elif abs(p[i]) - abs(q[i]) >= sb.half[i] - 2.0 * sb.radius:
+            beyond += 1
+    return over == 2 and beyond == 1
 
 
 jit_module(__name__)

@@ -1,4 +1,9 @@
-"""Nearest points of two convex polyhedra, or of a point and a polyhedron: Gilbert, Johnson & Keerthi (1988).
+"""Nearest points of swept cores, hulls with all shapes, by the algorithm of Gilbert, Johnson & Keerthi (1988).
+
+While two of them overlap by less than the sum of radii their cores are apart, so that the vector between the nearest
+points of the cores is unique and moves continuously. Flat on flat, a hull rests on its corners and sharp edges, which
+are shapes of their own; two cores meet directly in one point only where neither lie between. The same holds for a
+cylinder's rims and feet.
 
 The distance is that of the Minkowski difference from the origin. A simplex of its vertices is moved towards the origin,
 until the vertex furthest towards the origin is already in the simplex: the result is then exact.
@@ -8,14 +13,18 @@ from math import atan2, copysign, cos, floor, pi, sin
 
 from contactlaw.jit import jit_module
 from contactlaw.memory import doubles_at
-from contactlaw.world.data.kinds import BOX, CYLINDER, DISC, EDGE, HULL, SEGMENT, SIDE
+from contactlaw.world.data.call import ask_deepest
+from contactlaw.world.data.kinds import BOX, CYLINDER, DISC, EDGE, HULL, PLANE, SEGMENT, SIDE
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body, to_world
+from contactlaw.world.shapes.core import clip, deepest_on_line
 from contactlaw.world.shapes.disc import dimensions
-from contactlaw.world.shapes.geometry import centre
+from contactlaw.world.shapes.geometry import BACK, centre
 
 ITERATIONS = 100  # at most; never reached
 CELLS = 4  # along each side of each face of the cube of directions
 STAVE = pi / 16.0  # [rad] a side of the prism that stands for a cylinder: on smooth shapes GJK does not end exactly
+DEEP = 1e-6  # of the sum of radii: distance of cores up to which they count as overlapping
+NONE = ZERO, ZERO, ZERO  # no vertices
 
 
 def cell_of(d):
@@ -38,9 +47,8 @@ def cell_along(x):
 
 def support(s, b, d):
     """Return the point of a core furthest along d, from its body's centre of mass [m], world frame."""
-    at = load(s.at)
+    at, own = load(s.at), to_body(b.axes, d)
     if s.kind == HULL:
-        own = to_body(b.axes, d)
         points, cell = doubles_at(s.points), 3 * cell_of(own)
         first = 3 * int(points[cell])
         best, most = first, -1e300
@@ -51,19 +59,19 @@ def support(s, b, d):
         at = add(at, (points[best], points[best + 1], points[best + 2]))
     elif s.kind == SEGMENT or s.kind == EDGE:
         u = load(s.half)
-        at = axpy(1.0 if dot(to_body(b.axes, d), u) >= 0.0 else -1.0, u, at)
+        at = axpy(1.0 if dot(own, u) >= 0.0 else -1.0, u, at)
     elif s.kind == DISC or s.kind == SIDE:
         out, _, along = dimensions(s)
-        own, axis = to_body(b.axes, d), load(s.normal)
+        axis = load(s.normal)
         up = dot(own, axis)
         across = axpy(-up, axis, own)
         at = axpy(copysign(along, up), axis, axpy(out / max(norm(across), 1e-300), across, at))
     elif s.kind == BOX:
-        own, h, r = to_body(s.axes, to_body(b.axes, d)), s.half, s.radius
+        own, h, r = to_body(s.axes, own), s.half, s.radius
         corner = copysign(h[0] - r, own[0]), copysign(h[1] - r, own[1]), copysign(h[2] - r, own[2])
         at = add(at, to_world(s.axes, corner))
     elif s.kind == CYLINDER:
-        own, h, r = to_body(s.axes, to_body(b.axes, d)), s.half, s.radius
+        own, h, r = to_body(s.axes, own), s.half, s.radius
         angle = floor(atan2(own[1], own[0]) / STAVE + 0.5) * STAVE
         out = (h[0] - r) * (0.5 + 0.5 / cos(0.5 * STAVE))
         at = add(at, to_world(s.axes, (out * cos(angle), out * sin(angle), copysign(h[2] - r, own[2]))))
@@ -93,98 +101,145 @@ def on_triangle(p, q, r):
     return a / (a + b + c), b / (a + b + c), c / (a + b + c)
 
 
-def mean(k, p, q, r):
+def mean(k, points):
     """Return the sum of three vectors weighted by k."""
-    return axpy(k[0], p, axpy(k[1], q, scale(k[2], r)))
+    return axpy(k[0], points[0], axpy(k[1], points[1], scale(k[2], points[2])))
 
 
-def on_line(p, q):
-    """Return the barycentric coordinates of a segment's point nearest to the origin."""
+def on_simplex(count, points):
+    """Return the barycentric coordinates of the point nearest to the origin of a vertex, a segment or a triangle."""
+    p, q, r = points
+    if count == 3:
+        return on_triangle(p, q, r)
+    if count < 2:
+        return 1.0, 0.0, 0.0
     e = sub(q, p)
     t = min(max(-dot(p, e) / dot(e, e), 0.0), 1.0)
     return 1.0 - t, t, 0.0
 
 
-def kept(p, q, r, x, y, z, k):
+def extended(points, count, new):
+    """Return the vertices of a simplex with one more."""
+    return new if count < 1 else points[0], new if count < 2 else points[1], new
+
+
+def without(points, i):
+    """Return what is left without vertex i, 0 or 1, first."""
+    return points[1] if i == 0 else points[0], points[2], points[2]
+
+
+def kept(points, on_b, k):
     """Return a simplex without vertices of zero weight, with their points on B; its weights, and how many are left."""
-    if k[0] == 0.0:
-        p, x, q, y, k = q, y, r, z, (k[1], k[2], 0.0)
-        if k[0] == 0.0:
-            p, x, k = q, y, (k[1], 0.0, 0.0)
-    elif k[1] == 0.0:
-        q, y, k = r, z, (k[0], k[2], 0.0)
-    return p, q, r, x, y, z, k, 3 if k[2] > 0.0 else (2 if k[1] > 0.0 else 1)
+    for i in (1, 0):
+        if k[i] == 0.0:
+            points, on_b, k = without(points, i), without(on_b, i), (k[1 - i], k[2], 0.0)
+    return points, on_b, k, 3 if k[2] > 0.0 else (2 if k[1] > 0.0 else 1)
 
 
-def on_tetrahedron(p, q, r, new):
-    """Find the triangle with vertex `new` nearest to the origin; returns which of p, q, r it lacks, and coordinates."""
+def side_of(points, i, new):
+    """Return the triangle of a vertex `new` and those of another triangle but vertex i."""
+    return points[(i + 1) % 3], points[(i + 2) % 3], new
+
+
+def nearest_side(points, new):
+    """Find the triangle with vertex `new` nearest to the origin; returns which vertex it lacks, and coordinates."""
     best, lacks, found = 1e300, 0, (0.0, 0.0, 1.0)
     for i in range(3):
-        one, two = (q, r) if i == 0 else ((r, p) if i == 1 else (p, q))
-        k = on_triangle(one, two, new)
-        v = mean(k, one, two, new)
+        side = side_of(points, i, new)
+        k = on_triangle(side[0], side[1], new)
+        v = mean(k, side)
         if dot(v, v) < best:
             best, lacks, found = dot(v, v), i, k
     return lacks, found
 
 
-def nearest(sa, a, sb, b, shift):
+def nearest(sa, a, sb, b, shift, count=0, on_b=NONE):
     """Find the nearest points of two cores.
 
-    A is a box or a hull, or else a point, its middle; shift: added to A [m]. Returns the vector from the point on B to
-    that on A, zero if the cores overlap; the point on B from its body's centre of mass [m]; how many vertices span the
-    nearest feature, of B where A is a point; and the direction of that feature's edge, if there are two.
+    A is a box or a hull, or else a point, its middle; shift: added to A [m]. count, on_b: number and vertices of the
+    nearest feature, found with A a point nearby; 0: not known. Returns the vector from the point on B to that on A,
+    zero if the cores overlap; the point on B from its body's centre of mass [m]; how many vertices span the nearest
+    feature, of B where A is a point; the direction of that feature's edge, if there are two; and the vertices on B.
     """
-    return seek(sa, a, sb, b, shift, (0, (ZERO, ZERO, ZERO)))[:4]
-
-
-def seek(sa, a, sb, b, shift, last):
-    """Return the same, and the vertices on B; last: number and vertices found nearby, where A was a point; 0: none."""
     d = add(sub(load(a.position), load(b.position)), shift)
     to_a = centre(sa, a)
     v = add(d, sub(to_a, centre(sb, b)))
-    known, (x, y, z) = last
-    p, q, r = ZERO, ZERO, ZERO  # vertices of the simplex; their points on B are x, y and z
-    count, square, k, new = 0, 1e300, (1.0, 0.0, 0.0), ZERO
-    if known > 0:
+    points, square, k, new = NONE, 1e300, (1.0, 0.0, 0.0), ZERO
+    if count > 0:
         above = add(d, to_a)
-        p, q, r = sub(above, x), sub(above, y), sub(above, z)
-        k = on_line(p, q) if known == 2 else (on_triangle(p, q, r) if known == 3 else k)
-        p, q, r, x, y, z, k, count = kept(p, q, r, x, y, z, k)
-        v = mean(k, p, q, r)
+        points = sub(above, on_b[0]), sub(above, on_b[1]), sub(above, on_b[2])
+        points, on_b, k, count = kept(points, on_b, on_simplex(count, points))
+        v = mean(k, points)
         square = dot(v, v)
     for _ in range(ITERATIONS):
         to_b = support(sb, b, v)
         if sa.kind >= BOX:
             to_a = support(sa, a, scale(-1.0, v))
         new = sub(add(d, to_a), to_b)
-        had = (count > 0 and new == p) or (count > 1 and new == q) or (count > 2 and new == r)
-        if had:
+        if (count > 0 and new == points[0]) or (count > 1 and new == points[1]) or (count > 2 and new == points[2]):
             break
-        if count < 2:
-            p1, q1, r1, x1, y1, z1 = p, new, new, x, to_b, to_b
-            if count == 0:
-                m = 0.0, 1.0, 0.0
-            else:
-                m = on_line(p, new)
-        elif count == 2:
-            p1, q1, r1, x1, y1, z1 = p, q, new, x, y, to_b
-            m = on_triangle(p, q, new)
+        if count < 3:
+            more, ends = extended(points, count, new), extended(on_b, count, to_b)
+            m = on_simplex(count + 1, more)
         else:
-            lacks, m = on_tetrahedron(p, q, r, new)
-            p1, x1 = (q, y) if lacks == 0 else ((r, z) if lacks == 1 else (p, x))
-            q1, y1 = (r, z) if lacks == 0 else ((p, x) if lacks == 1 else (q, y))
-            r1, z1 = new, to_b
-        w = mean(m, p1, q1, r1)
+            lacks, m = nearest_side(points, new)
+            more, ends = side_of(points, lacks, new), side_of(on_b, lacks, to_b)
+        w = mean(m, more)
         if not dot(w, w) < square:
             break
-        v, square, k = w, dot(w, w), m
-        p, q, r, x, y, z, k, count = kept(p1, q1, r1, x1, y1, z1, k)
-        if square == 0.0:
-            break
+        v, square = w, dot(w, w)
+        points, on_b, k, count = kept(more, ends, m)
     if dot(v, new) <= 0.0:
         v = ZERO
-    return v, mean(k, x, y, z), count, sub(x, y), (x, y, z)
+    return v, mean(k, on_b), count, sub(on_b[0], on_b[1]), on_b
+
+
+def meet(sa, a, sb, b, along):
+    """`geometry.meet` with a hull."""
+    radius_a, radius_b, from_a, u = sa.radius, sb.radius, centre(sa, a), ZERO
+    if sa.kind == DISC:
+        offset, radius_a = ask_deepest(sa.deepest, sa, a, sb, b, ZERO)
+        from_a = add(from_a, offset)
+        v, y, _, _, _ = nearest(sa, a, sb, b, offset)
+    elif sa.kind == SEGMENT or sa.kind == EDGE:
+        u = to_world(a.axes, load(sa.half))
+        at, radius_a, (v, _, _, _) = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b), along)
+        y = sub(add(sub(load(a.position), load(b.position)), axpy(at, u, from_a)), v)
+    else:
+        v, y, _, _, _ = nearest(sa, a, sb, b, ZERO)
+    both = radius_a + radius_b
+    distance = norm(v)
+    if distance > DEEP * both:
+        n = scale(1.0 / distance, v)
+    else:  # as between two balls at the centres; of a line at its point nearest to the other centre
+        n = sub(add(load(a.position), from_a), add(load(b.position), centre(sb, b)))
+        n = axpy(clip(-dot(n, u) / max(dot(u, u), 1e-300)), u, n)
+        n = scale(1.0 / max(norm(n), 1e-300), n)
+    overlap = both - distance
+    if sa.kind >= BOX:
+        overlap -= BACK * both
+    arm_b = axpy(distance / both * radius_b, n, y)
+    arm_a = add(arm_b, sub(load(b.position), load(a.position)))
+    return overlap, n, arm_a, arm_b
+
+
+def separate(sa, a, sb, b, n):
+    """Find two parallel planes that separate a core A from a plane or a core B.
+
+    n: their normal from B to A, or zero if it is to be found. Returns the normal, zero if the cores overlap; the least
+    height of A along it and the greatest of B, without the radii that sweep them, from B's centre of mass [m]; and A's
+    lowest point from its own centre of mass.
+    """
+    if sb.kind >= PLANE:
+        n = to_world(b.axes, load(sb.normal))
+        high = dot(n, centre(sb, b))
+    else:
+        if dot(n, n) == 0.0:
+            v, _, _, _, _ = nearest(sa, a, sb, b, ZERO)
+            n = scale(1.0 / max(norm(v), 1e-300), v)
+        high = dot(n, support(sb, b, n))
+    lowest = support(sa, a, scale(-1.0, n))
+    return n, dot(n, add(sub(load(a.position), load(b.position)), lowest)), high, lowest
 
 
 jit_module(__name__)

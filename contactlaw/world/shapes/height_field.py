@@ -24,24 +24,11 @@ from contactlaw.world.data.call import ask_beside
 from contactlaw.world.data.kinds import DISC, ELLIPSOID, SEGMENT
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
-from contactlaw.world.shapes.core import local, set_back
+from contactlaw.world.shapes.core import clip, local, next_place, set_back
 from contactlaw.world.shapes.disc import line_of, lowest_over_plane
 from contactlaw.world.shapes.ellipsoid import facing
-from contactlaw.world.shapes.field_surface import (
-    CUTS,
-    NEWTON,
-    SAMPLES,
-    curvatures,
-    descend,
-    distance,
-    nearest,
-    normal,
-    start,
-    surface,
-    within,
-)
+from contactlaw.world.shapes.field_surface import NEWTON, SAMPLES, curvatures, descend, distance, normal, start, surface
 from contactlaw.world.shapes.geometry import FOLLOW, LOST, bounding_radius, centre
-from contactlaw.world.shapes.segments import clip, next_place
 
 NEAREST = -2  # instead of a number of contacts that there are: one place only is sought
 ALIGNED = 1e-12  # of a line's half length or a shape's size, to which a place is found
@@ -51,16 +38,10 @@ STRAIGHT = 1e-9  # of a distance, by which the height over the tangent plane at 
 APART = 0.05  # [rad] between normals, or of a line's half length, from which two minima are different ones
 WITHIN = 1.5  # of a ball's radius, or the least distance found so far, up to which places are of interest
 WIDE = 0.2  # [rad] by which the normal of a followed contact may turn at once
-DIFFERENCE = 1e-7  # step of finite differences, over the shape's size
+CUTS = 20  # halvings of a step of `touching_ball`, at most
+DIFFERENCE = 1e-7  # step of its finite differences, over the shape's size
 NO_PLACES = ZERO, ZERO, ZERO
 UNSEEN = 0.05  # of the radius, by which bodies may move before they are searched anew for a place that there was not
-
-
-def lowest(s, b, n):
-    """Return the centre, from the shape's, and radius [m] of a shape's ball deepest below a plane of normal n."""
-    if s.kind == DISC:
-        return lowest_over_plane(s, b, n)
-    return sub(facing(s, b, scale(-1.0, n)), centre(s, b)), 0.0
 
 
 def offset(x, y, c, pair):
@@ -71,7 +52,11 @@ def offset(x, y, c, pair):
     """
     sa, a, sb, b = pair
     h, slopes, _ = surface(sb, x, y)
-    way, radius = lowest(sa, a, to_world(b.axes, to_world(sb.axes, normal(slopes))))
+    n, radius = to_world(b.axes, to_world(sb.axes, normal(slopes))), 0.0
+    if sa.kind == DISC:
+        way, radius = lowest_over_plane(sa, a, n)
+    else:
+        way = sub(facing(sa, a, scale(-1.0, n)), centre(sa, a))
     p = add(c, local(way, sb, b))
     d = p[2] - h
     return (p[0] - x + d * slopes[0], p[1] - y + d * slopes[1]), way, radius, p
@@ -84,7 +69,7 @@ def touching_ball(c, pair):
     derivative of a rim's deepest point is discontinuous.
     """
     sa, _, sb, _ = pair
-    x, y = nearest(sb, c)
+    x, y = descend(sb, c, start(sb, c))
     length = bounding_radius(sa)
     off, way, radius, p = offset(x, y, c, pair)
     for _ in range(NEWTON):
@@ -102,7 +87,7 @@ def touching_ball(c, pair):
         step = (xy * off[1] - yy * off[0]) / determinant, (yx * off[0] - xx * off[1]) / determinant
         share, from_x, from_y = 1.0, x, y
         for _ in range(CUTS):
-            x, y = within(from_x + share * step[0], sb.half[0]), within(from_y + share * step[1], sb.half[1])
+            x, y = clip(from_x + share * step[0], sb.half[0]), clip(from_y + share * step[1], sb.half[1])
             off, way, radius, p = offset(x, y, c, pair)
             if off[0] * off[0] + off[1] * off[1] < square:
                 break
@@ -121,13 +106,13 @@ def meet_beside(sa, a, sb, b, held, arms, normals):
     between = sub(load(a.position), load(b.position))
     to_a = sub(between, centre(sb, b))
     c = local(add(to_a, from_a), sb, b)
-    h, slopes, _ = surface(sb, within(c[0], sb.half[0]), within(c[1], sb.half[1]))
+    h, slopes, _ = surface(sb, clip(c[0], sb.half[0]), clip(c[1], sb.half[1]))
     far, n, radius = (c[2] - h) * field_at(sb.points, 0).away, normal(slopes), bounding_radius(sa)
     if far <= radius:
         if sa.kind == DISC or sa.kind == ELLIPSOID:
             way, radius, c = touching_ball(c, (sa, a, sb, b))
             from_a = add(from_a, way)
-            x, y = nearest(sb, c)
+            x, y = descend(sb, c, start(sb, c))
             far, n = distance(sb, c, x, y)
         else:
             axis, radius = line_of(sa, a)
@@ -205,10 +190,10 @@ def other_foot(s, c, radius, others):
     held, _, normals = others
     if held == FOLLOW:
         was = axpy(-radius, normals[0], c)
-        x, y = descend(s, c, was[0], was[1])
+        x, y = descend(s, c, (was[0], was[1]))
         far, n = distance(s, c, x, y)
         return x, y, is_nearest(s, c, x, y, far) and norm(sub(n, normals[0])) <= WIDE
-    x, y = nearest(s, c)
+    x, y = descend(s, c, start(s, c))
     if held == NEAREST:
         return x, y, True
     far, n = distance(s, c, x, y)
@@ -221,7 +206,7 @@ def other_foot(s, c, radius, others):
         near = 2.0 * max(dx, dy), WITHIN * min(best, radius)
         if abs(u) > s.half[0] or abs(v) > s.half[1] or not minimum_within(s, c, u, v, near):
             continue
-        u, v = descend(s, c, u, v)
+        u, v = descend(s, c, (u, v))
         far, n = distance(s, c, u, v)
         if far < best and is_nearest(s, c, u, v, far) and is_new(0.0, n, others):
             best, x, y, found = far, u, v, True
@@ -253,7 +238,7 @@ def lowest_on_line(s, sa, line, at, wide, foot):
     far, n, (x, y) = 0.0, ZERO, foot
     for _ in range(NEWTON):
         p = axpy(at, u, c)
-        x, y = descend(s, p, x, y)
+        x, y = descend(s, p, (x, y))
         far, n = distance(s, p, x, y)
         _, falls, bends = set_back(sa, u, at)
         new, ends = next_place(at, dot(n, u) + falls, growth(s, x, y, far, n, u) + bends, ends)
@@ -278,7 +263,7 @@ def other_place(s, sa, line, radius, others):
         at, value = 2.0 * i / count - 1.0, NEVER
         if i <= count:
             p = axpy(at, u, c)
-            h, slopes, _ = surface(s, within(p[0], s.half[0]), within(p[1], s.half[1]))
+            h, slopes, _ = surface(s, clip(p[0], s.half[0]), clip(p[1], s.half[1]))
             value = (p[2] - h) * normal(slopes)[2] + set_back(sa, u, at)[0]
         if last <= value and last < before:
             p = axpy(at - 2.0 / count, u, c)

@@ -3,17 +3,39 @@
 Hulls and ellipsoids have functions of their own in place of some, see `functions`.
 """
 
+from contactlaw.jit import jit
 from contactlaw.world.bodies.bounds import LARGEST_TURN, time_to_close, turning_bound
 from contactlaw.world.bodies.motion import change_bound, turn_rate, velocity_at
 from contactlaw.world.data.call import ask_deepest
 from contactlaw.world.data.kinds import DISC, EDGE, PLANE, SEGMENT, SIDE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub, to_world
-from contactlaw.world.shapes.core import deepest_on_line, nearest_on_core
+from contactlaw.world.shapes.core import clip, deepest_on_line, nearest_on_core
 from contactlaw.world.shapes.geometry import centre, half_axis, round_on_round
-from contactlaw.world.shapes.segments import CAPSULE_CROWN, clip, nearest_on_segments
 
+CAPSULE_CROWN = 1e-3  # of the radius, by which the side of a capsule is lower at its ends
 GROWN = 1.5  # bound on the growth of accelerations by rotation within LARGEST_TURN
+
+
+@jit
+def nearest_on_segments(d, u, radius_a, v, radius_b):
+    """Return the places s and t along the half axes u of A and v of B; d: from the middle of B to that of A [m].
+
+    Of two parallel segments no point is the nearest, and of nearly parallel ones it jumps from end to end. So the sides
+    of capsules are slightly crowned, as rollers are: r(s) = R (1 - C s^2), s from -1 to 1, C = CAPSULE_CROWN. The
+    overlap r_a(s) + r_b(t) - |d + s u - t v| is greatest, where contact begins, at the minimum of
+
+        |d + s u - t v|^2/2 + (R_a + R_b) C (R_a s^2 + R_b t^2),
+
+    which is strictly convex: its minimum over the square of s and t has a closed form and moves continuously. By the
+    envelope theorem the force along the line of both points is the gradient of the overlap.
+    """
+    both = 2.0 * CAPSULE_CROWN * (radius_a + radius_b)
+    uu, vv, uv = dot(u, u) + both * radius_a, dot(v, v) + both * radius_b, dot(u, v)
+    du, dv = dot(d, u), dot(d, v)
+    s = clip((uv * dv - vv * du) / (uu * vv - uv * uv))
+    t = clip((dv + uv * s) / vv)
+    return clip((uv * t - du) / uu), t
 
 
 def meet(sa, a, sb, b, along):

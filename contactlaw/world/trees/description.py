@@ -10,12 +10,11 @@ from numpy.typing import ArrayLike
 from contactlaw import checks
 from contactlaw.world.data.frames import UNTURNED, principal, unit_quaternion
 from contactlaw.world.data.records import BALL, FREE_JOINT, HINGE, SLIDE, Array
-from contactlaw.world.trees.tree_records import TreeRecords
+from contactlaw.world.trees.tree_records import V_SIZE, TreeRecords, firsts
 
 KINDS = {"free": FREE_JOINT, "ball": BALL, "slide": SLIDE, "hinge": HINGE}
 ZERO = {FREE_JOINT: [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], BALL: [1.0, 0.0, 0.0, 0.0], SLIDE: [0.0], HINGE: [0.0]}
 """Coordinates of a joint that does nothing."""
-V_SIZE = {FREE_JOINT: 6, BALL: 3, SLIDE: 1, HINGE: 1}
 
 
 @dataclass(frozen=True)
@@ -96,21 +95,16 @@ def records_of(parts: Sequence[Part]) -> TreeRecords:
     kinds = [KINDS[joint.kind] for joint in joints]
     start, v = [ZERO[kind] for kind in kinds], [V_SIZE[kind] for kind in kinds]
     arrays = {
-        "body_parentid": [part.parent for part in parts], "body_jntnum": count, "body_jntadr": _firsts(count),
+        "body_parentid": [part.parent for part in parts], "body_jntnum": count, "body_jntadr": firsts(count),
         "body_pos": [part.position for part in parts], "body_quat": [part.quaternion for part in parts],
         "body_ipos": np.zeros((len(parts), 3)), "body_iquat": np.tile(UNTURNED, (len(parts), 1)),
         "body_mass": [part.mass for part in parts], "body_inertia": [part.inertia for part in parts],
         "jnt_type": kinds, "jnt_pos": [joint.at for joint in joints], "jnt_axis": [joint.axis for joint in joints],
-        "jnt_qposadr": _firsts([len(zero) for zero in start]), "jnt_dofadr": _firsts(v), "qpos0": np.concatenate(start),
+        "jnt_qposadr": firsts([len(zero) for zero in start]), "jnt_dofadr": firsts(v), "qpos0": np.concatenate(start),
         "dof_armature": np.repeat([joint.armature for joint in joints], v),
         "dof_damping": np.repeat([joint.damping for joint in joints], v),
     }  # fmt: skip
     return TreeRecords(SimpleNamespace(**arrays), range(len(parts)))
-
-
-def _firsts(sizes: list[int]) -> Array:
-    """Return where each of several things of these sizes begins if they follow each other."""
-    return np.cumsum([0, *sizes])[:-1]
 
 
 def _checked(part: Part) -> Part:

@@ -21,8 +21,8 @@ from math import sqrt
 
 from contactlaw.jit import jit_module
 from contactlaw.world.data.access import axis_at, body_at, link_at
-from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, scale, store, sub
-from contactlaw.world.trees.kinematics import vector
+from contactlaw.world.data.vec import ZERO, add, cross, dot, load, scale, store, sub, to_world
+from contactlaw.world.trees.kinematics import response_of, vector
 
 STIFF = 100.0  # damping times the step over the mass: stiffer damping is always implicit over a whole step
 
@@ -37,13 +37,13 @@ def accelerate(t):
     for i in range(t.count - 1, -1, -1):
         link = link_at(t.links, i)
         force, moment = load(link.force), load(link.moment)
-        offset, tensor = load(link.composite_moment), load6(link.composite_inertia)
+        offset, tensor = load(link.composite_moment), link.composite_inertia
         for k in range(link.first_axis, link.first_axis + link.axes):
             axis = axis_at(t.axes, k)
             e, s = load(axis.spin), load(axis.velocity)
             a[k] -= dot(e, moment) + dot(s, force)
             linear = add(scale(link.composite_mass, s), cross(e, offset))
-            angular = add(times(tensor, e), cross(offset, s))
+            angular = add(to_world(tensor, e), cross(offset, s))
             p = axis.depth
             resistance = d[k, k] + (axis.resistance if axis.side != 0.0 and t.midway == 0 else 0.0)
             own = axis.armature + held[k, k] + dot(e, angular) + dot(s, linear)
@@ -65,11 +65,10 @@ def accelerate(t):
             store(parent.moment, add(load(parent.moment), moment))
             parent.composite_mass += link.composite_mass
             store(parent.composite_moment, add(load(parent.composite_moment), offset))
-            for k in range(6):
+            for k in range(9):
                 parent.composite_inertia[k] += tensor[k]
-    factorise(t, m)
-    solve_lt(t, m, a, t.v_size - 1, True)
-    solve_ld(t, m, a)
+    factorise(t)
+    solve(t, a)
     spread_acceleration(t)
 
 
@@ -136,7 +135,7 @@ def start_link(t, i):
     acceleration = add(gain, add(cross(turning, c), cross(spin, load(b.velocity))))
     tensor = inertia(b, link)
     force = scale(link.mass, sub(acceleration, load(t.gravity)))
-    moment = add(times(tensor, turning), cross(spin, times(tensor, spin)))
+    moment = add(to_world(tensor, turning), cross(spin, to_world(tensor, spin)))
     store(link.force, force)
     store(link.moment, add(moment, cross(c, force)))
     link.composite_mass = link.mass
@@ -144,37 +143,26 @@ def start_link(t, i):
     store(link.composite_moment, offset)
     x, y, z = offset[0] * c[0], offset[1] * c[1], offset[2] * c[2]
     out = link.composite_inertia
-    out[0], out[1], out[2] = tensor[0] + y + z, tensor[1] + x + z, tensor[2] + x + y
-    out[3], out[4] = tensor[3] - offset[0] * c[1], tensor[4] - offset[0] * c[2]
-    out[5] = tensor[5] - offset[1] * c[2]
+    out[0], out[4], out[8] = tensor[0] + y + z, tensor[4] + x + z, tensor[8] + x + y
+    out[1], out[2] = tensor[1] - offset[0] * c[1], tensor[2] - offset[0] * c[2]
+    out[3], out[6] = out[1], out[2]
+    out[5] = out[7] = tensor[5] - offset[1] * c[2]
 
 
 def inertia(b, link):
-    """Return the inertia of a body about its centre of mass, along the world's axes: xx yy zz xy xz yz."""
+    """Return the inertia of a body about its centre of mass, along the world's axes: a matrix (9,), row by row."""
     m, i = b.axes, link.inertia
     x = (i[0] * m[0], i[1] * m[1], i[2] * m[2])
     y = (i[0] * m[3], i[1] * m[4], i[2] * m[5])
     own_y, own_z = (m[3], m[4], m[5]), (m[6], m[7], m[8])
+    xy, xz, yz = dot(x, own_y), dot(x, own_z), dot(y, own_z)
     zz = i[0] * m[6] * m[6] + i[1] * m[7] * m[7] + i[2] * m[8] * m[8]
-    return dot(x, (m[0], m[1], m[2])), dot(y, own_y), zz, dot(x, own_y), dot(x, own_z), dot(y, own_z)
+    return dot(x, (m[0], m[1], m[2])), xy, xz, xy, dot(y, own_y), yz, xz, yz, zz
 
 
-def load6(a):
-    """Return six numbers of an array."""
-    return a[0], a[1], a[2], a[3], a[4], a[5]
-
-
-def times(i, w):
-    """Return the product of a symmetric matrix xx yy zz xy xz yz and a vector."""
-    return (
-        i[0] * w[0] + i[3] * w[1] + i[4] * w[2],
-        i[3] * w[0] + i[1] * w[1] + i[5] * w[2],
-        i[4] * w[0] + i[5] * w[1] + i[2] * w[2],
-    )
-
-
-def factorise(t, m):
+def factorise(t):
     """Replace M by L below its diagonal, and set the inverse pivots."""
+    m = vector(t.factor, (t.v_size, t.v_size))
     for k in range(t.v_size - 1, -1, -1):
         axis = axis_at(t.axes, k)
         p = axis.depth
@@ -189,8 +177,9 @@ def factorise(t, m):
             i = axis_at(t.axes, i).parent
 
 
-def solve_lt(t, m, x, k, every):
+def solve_lt(t, x, k, every):
     """x <- L^-T x. every: for all axes from k down, else only for k and those that carry it."""
+    m = vector(t.factor, (t.v_size, t.v_size))
     while k >= 0:
         axis = axis_at(t.axes, k)
         i, p, own = axis.parent, axis.depth, x[k]
@@ -202,8 +191,9 @@ def solve_lt(t, m, x, k, every):
         k = k - 1 if every else axis.parent
 
 
-def solve_ld(t, m, x):
+def solve_ld(t, x):
     """x <- L^-1 D^-1 x."""
+    m = vector(t.factor, (t.v_size, t.v_size))
     for k in range(t.v_size):
         axis = axis_at(t.axes, k)
         i, p, own = axis.parent, axis.depth, x[k] * axis.inverse
@@ -212,6 +202,12 @@ def solve_ld(t, m, x):
             own -= m[k, p] * x[i]
             i = axis_at(t.axes, i).parent
         x[k] = own
+
+
+def solve(t, x):
+    """x <- M^-1 x."""
+    solve_lt(t, x, t.v_size - 1, True)
+    solve_ld(t, x)
 
 
 def decay(t):
@@ -255,7 +251,7 @@ def answer_along(t, last):
         x[k] = 0.0
         k = axis_at(t.axes, k).parent
     x[last] = 1.0
-    solve_lt(t, vector(t.factor, (t.v_size, t.v_size)), x, last, False)
+    solve_lt(t, x, last, False)
 
 
 def mobility_along(t, last):
@@ -267,22 +263,6 @@ def mobility_along(t, last):
         out += axis.inverse * x[k] * x[k]
         k = axis.parent
     return out
-
-
-def response_of(t, i, a):
-    """Return angular and linear acceleration of a link by a, at the origin; sets them for the links it carries."""
-    link = link_at(t.links, i)
-    turning, gain = ZERO, ZERO
-    if link.parent >= 0:
-        parent = link_at(t.links, link.parent)
-        turning, gain = load(parent.response_turning), load(parent.response)
-    for k in range(link.first_axis, link.first_axis + link.axes):
-        axis = axis_at(t.axes, k)
-        turning = axpy(a[k], load(axis.spin), turning)
-        gain = axpy(a[k], load(axis.velocity), gain)
-    store(link.response_turning, turning)
-    store(link.response, gain)
-    return turning, gain
 
 
 def spread_acceleration(t):
@@ -320,7 +300,7 @@ def add_impulse(t, b, impulse, moment, x, left):
 def project(t, b, impulse, moment, x):
     """x <- L^-T J^T (p, m), see `add_impulse`; returns the last axis that carries the body."""
     last = add_impulse(t, b, impulse, moment, x, 0.0)
-    solve_lt(t, vector(t.factor, (t.v_size, t.v_size)), x, last, False)
+    solve_lt(t, x, last, False)
     return last
 
 

@@ -1,7 +1,6 @@
 """Poses and velocities of the bodies of a tree, from its coordinates.
 
-Coordinates and velocities are those of MuJoCo. Ball joint: quaternion, and spin along the link's axes. Hinge and slide:
-angle or distance from their reference. A free joint is three slides along the world's axes and a ball joint.
+Coordinates and velocities are those of `description.Tree`, as MuJoCo's. A free joint is three slides and a ball joint.
 
 A degree of freedom k moves all that it carries by a spin e_k and a velocity s_k of the material at the tree's origin O;
 for a hinge through p, s = (p - O) x e. All velocities are sums of these along the tree (Featherstone, Rigid Body
@@ -103,20 +102,32 @@ def set_axis(t, k, spin, velocity):
     store(axis.velocity, velocity)
 
 
+def response_of(t, i, a):
+    """Return spin and velocity at the origin of a link by velocities a; keeps them for the links it carries.
+
+    By accelerations a: its accelerations besides those at a = 0.
+    """
+    link = link_at(t.links, i)
+    turning, gain = ZERO, ZERO
+    if link.parent >= 0:
+        parent = link_at(t.links, link.parent)
+        turning, gain = load(parent.response_turning), load(parent.response)
+    for k in range(link.first_axis, link.first_axis + link.axes):
+        axis = axis_at(t.axes, k)
+        turning = axpy(a[k], load(axis.spin), turning)
+        gain = axpy(a[k], load(axis.velocity), gain)
+    store(link.response_turning, turning)
+    store(link.response, gain)
+    return turning, gain
+
+
 def spread_velocity(t):
     """Set the velocities and spins of all bodies from v."""
     v, origin = vector(t.v, t.v_size), load(t.origin)
     for i in range(t.count):
-        link, b = link_at(t.links, i), body_at(t.bodies, i)
-        spin, velocity = ZERO, ZERO
-        if link.parent >= 0:
-            spin = load(body_at(t.bodies, link.parent).spin)
-            velocity = load(link_at(t.links, link.parent).velocity)
-        for k in range(link.first_axis, link.first_axis + link.axes):
-            axis = axis_at(t.axes, k)
-            spin = axpy(v[k], load(axis.spin), spin)
-            velocity = axpy(v[k], load(axis.velocity), velocity)
-        store(link.velocity, velocity)
+        b = body_at(t.bodies, i)
+        spin, velocity = response_of(t, i, v)
+        store(link_at(t.links, i).velocity, velocity)
         store(b.spin, spin)
         store(b.velocity, add(velocity, cross(spin, sub(load(b.position), origin))))
 

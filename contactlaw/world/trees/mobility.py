@@ -1,11 +1,9 @@
-"""Response of a tree of bodies to impulses.
+"""Response of a tree of bodies to impulses; in an implicit step its mass matrix, Jacobians and poses.
 
 With q the generalised coordinates, v the velocities, M(q) = L^T D L the mass matrix, J_b the Jacobian of a body:
 
     kick       v <- v + M^-1 J_b^T (p, m), an impulse and an angular impulse on a body
     mobility   d . J M^-1 J^T d = y . D^-1 y, y = L^-T J^T d
-
-`bodies.motion` calls these functions, and those of `trees.motion`, by their addresses for bodies of a tree.
 """
 
 from math import sqrt
@@ -17,8 +15,8 @@ from contactlaw.world.data.call import call_on_tree
 from contactlaw.world.data.checksum import as_float, mix
 from contactlaw.world.data.records import PLACED
 from contactlaw.world.data.vec import add, cross, load, norm, store, sub
-from contactlaw.world.trees.dynamics import add_impulse, decay, limit_impulse, project, response_of, solve_ld, solve_lt
-from contactlaw.world.trees.kinematics import spread_velocity, vector
+from contactlaw.world.trees.dynamics import add_impulse, decay, limit_force, limit_impulse, project, solve, solve_ld
+from contactlaw.world.trees.kinematics import response_of, spread_velocity, vector
 
 # Rate of damping times a group of substeps up to which velocities that the midpoint rule reverses, at the ratio
 # (1 - x/2)/(1 + x/2), are at most half as large; and up to which none is, where soft limits resist explicitly
@@ -130,9 +128,8 @@ def apply_pending(t):
 
 def add_response(t, x):
     """Add the response to generalised impulses x to the velocities; x <- that response."""
-    m, v, push = vector(t.factor, (t.v_size, t.v_size)), vector(t.v, t.v_size), vector(t.kick_v, t.v_size)
-    solve_lt(t, m, x, t.v_size - 1, True)
-    solve_ld(t, m, x)
+    v, push = vector(t.v, t.v_size), vector(t.kick_v, t.v_size)
+    solve(t, x)
     for k in range(t.v_size):
         v[k] += x[k]
         push[k] += x[k]
@@ -158,11 +155,10 @@ def mobility(a, arm_a, b, arm_b, direction):
 def add_accelerations(b, force, moment):
     """Add all bodies' accelerations by a force [N] and moment [N m] on one to `shift` and `twist`, see `sleep`."""
     t = tree_at(b.tree, 0)
-    n = t.v_size
-    x, origin = vector(t.x, n), load(t.origin)
+    x, origin = vector(t.x, t.v_size), load(t.origin)
     clear(x)
     project(t, b, force, moment, x)
-    solve_ld(t, vector(t.factor, (n, n)), x)
+    solve_ld(t, x)
     for i in range(t.count):
         one = body_at(t.bodies, i)
         turning, gain = response_of(t, i, x)
@@ -211,6 +207,62 @@ def spread_delta_v(b):
     for i in range(t.count):
         one = body_at(t.bodies, i)
         one.delta_v = max(one.delta_v, b.delta_v * sqrt(max(mobility_bound(one, one.reach) / own, 1.0)))
+
+
+def move_from_start(b):
+    """Move the tree by x from its coordinates at the start of the step; sets poses and velocities of its bodies."""
+    t = tree_at(b.tree, 0)
+    copy(vector(t.start, t.q_size), vector(t.q, t.q_size))
+    move_bodies(t)
+    t.stale = PLACED
+
+
+def write_masses(b):
+    """Add the mass matrix L^T D L at the present factor to the matrix at `weights`."""
+    t = tree_at(b.tree, 0)
+    m, out = vector(t.factor, (t.v_size, t.v_size)), vector(t.weights, (t.v_size, t.stride))
+    for k in range(t.v_size):
+        i, p, pivot = k, axis_at(t.axes, k).depth, 1.0 / axis_at(t.axes, k).inverse
+        while i >= 0:
+            left = pivot * (1.0 if i == k else m[k, p])
+            j, q = k, axis_at(t.axes, k).depth
+            while j >= 0:
+                out[i, j] += left * (1.0 if j == k else m[k, q])
+                j, q = axis_at(t.axes, j).parent, q - 1
+            i, p = axis_at(t.axes, i).parent, p - 1
+
+
+def add_damping(b):
+    """Add damping and active limits to the matrix at `weights`; x <- their force, less that at the start of the step.
+
+    With D and limits as in `trees.dynamics`: b D + b^2 K, and -D (V - v) and the change of a limit's force. In a single
+    stage springs keep the force of the start, which then neither adds to their energy nor takes from it.
+    """
+    t = tree_at(b.tree, 0)
+    n, held = t.v_size, 1.0 if t.stage == t.span else 0.0
+    d, out, x = vector(t.d, (n, n)), vector(t.weights, (n, t.stride)), vector(t.x, n)
+    springs = vector(t.springs, (n, n))
+    q, v = vector(t.q, t.q_size), vector(t.v, n)
+    q0, v0 = vector(t.start, t.q_size), vector(t.start + 8 * t.q_size, n)
+    clear(x)
+    for k in range(n):
+        axis = axis_at(t.axes, k)
+        for i in range(n):
+            spring = held * springs[k, i]
+            own = d[k, i] - spring
+            out[k, i] += t.stage * own
+            x[k] += spring * v0[i] - own * (v[i] - v0[i])
+        if axis.side != 0.0:
+            now = max(limit_force(axis, q[axis.coordinate], v[k]), 0.0)
+            x[k] += axis.side * (now - max(limit_force(axis, q0[axis.coordinate], v0[k]), 0.0))
+            if now > 0.0:
+                out[k, k] += t.stage * (axis.resistance + t.stage * axis.stiffness)
+
+
+def add_force(b, force, moment):
+    """Add the generalised force of a force on a body and a moment to x."""
+    t = tree_at(b.tree, 0)
+    add_impulse(t, b, force, moment, vector(t.x, t.v_size), 1.0)
 
 
 jit_module(__name__)

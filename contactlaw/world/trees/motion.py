@@ -23,8 +23,7 @@ from contactlaw.world.data.access import axis_at, body_at, link_at, tree_at
 from contactlaw.world.data.call import call_on_tree
 from contactlaw.world.data.records import PLACED
 from contactlaw.world.data.vec import add, load, norm, scale, store, sub
-from contactlaw.world.trees.dynamics import response_of
-from contactlaw.world.trees.kinematics import add_to_coordinates, spread_velocity, vector
+from contactlaw.world.trees.kinematics import add_to_coordinates, response_of, spread_velocity, vector
 from contactlaw.world.trees.mobility import accelerate, apply_pending, clear, copy, leave_placed, move_bodies
 
 HOLD = 4  # substeps for which M and a are held at most

@@ -1,17 +1,21 @@
-"""The records of a tree of bodies, from arrays named as in MuJoCo's model."""
+"""The records of a tree of bodies, from arrays named as in MuJoCo's model; its coordinates and velocities."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from ctypes import CFUNCTYPE, c_uint64
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
+from contactlaw.jit import address_of
+from contactlaw.world.data.call import ask_mobility, call_on_tree, call_with_body, call_with_number, call_with_vectors
 from contactlaw.world.data.frames import ALIKE, CONJUGATE, IDENTITY, ORIGIN, Pose, matrix_of, principal, product
-from contactlaw.world.data.records import AXIS, BALL, FREE_JOINT, HINGE, JOINT, LINK, SLIDE, Arrays
-from contactlaw.world.trees.coordinates import numbers
+from contactlaw.world.data.records import AXIS, BALL, FREE_JOINT, HINGE, JOINT, LINK, SLIDE, Array, Arrays, numbers_of
+from contactlaw.world.trees import dynamics, kinematics, mobility, motion
 
 Q_SIZE = {BALL: 4, SLIDE: 1, HINGE: 1}
-V_SIZE = {BALL: 3, SLIDE: 1, HINGE: 1}
+V_SIZE = {FREE_JOINT: 6, BALL: 3, SLIDE: 1, HINGE: 1}
 
 
 class TreeRecords:
@@ -20,12 +24,7 @@ class TreeRecords:
     A free joint becomes three slides and a ball joint.
 
     Args:
-        model: Arrays of all bodies and joints, named as in MuJoCo's model, which can be passed itself. Of each body:
-            its parent, number of joints and the first of them (body_parentid, body_jntnum, body_jntadr); its frame in
-            its parent's (body_pos, body_quat); centre of mass and principal axes in its frame (body_ipos, body_iquat);
-            mass [kg] and principal moments [kg m^2] (body_mass, body_inertia). Of each joint: jnt_type, 0 free, 1 ball,
-            2 slide, 3 hinge; jnt_pos, jnt_axis in the body's frame; first coordinate and velocity (jnt_qposadr,
-            jnt_dofadr). Of all coordinates qpos0; of all velocities dof_armature, dof_damping.
+        model: MuJoCo's model, or its arrays of all bodies, joints, coordinates and velocities that `records_of` fills.
         bodies: Numbers of the tree's bodies, parents before children. The first, and others of which soft constraints
             make one system with it, are carried by the world or by a body that is not among them.
         bases: Of a body that is carried so: the pose of what carries it, if that is not `TREE.base`.
@@ -50,10 +49,11 @@ class TreeRecords:
         known = {int(body): number for number, body in enumerate(bodies)}
         heads = [body for body in known if model.body_jntnum[body] > 0]
         link_of = {body: number for number, body in enumerate(heads)}
-        self.links = np.zeros(len(heads), LINK)
-        each = {body: [one for joint in _joints_of(model, body) for one in _parts_of(model, joint)] for body in heads}
-        joints = [joint for own in each.values() for joint in own]
-        self.joints = np.zeros(len(joints), JOINT)
+        each = [[one for joint in _joints_of(model, body) for one in _parts_of(model, joint)] for body in heads]
+        joints = [joint for own in each for joint in own]
+        self.links, self.joints = np.zeros(len(heads), LINK), np.zeros(len(joints), JOINT)
+        self.links["joints"] = [len(own) for own in each]
+        self.links["first_joint"] = firsts(self.links["joints"])
         self.q_of = np.array([q + i for kind, q, *_ in joints for i in range(Q_SIZE[kind])], np.int64)
         self.v_of = np.array([v + i for kind, _, v, *_ in joints for i in range(V_SIZE[kind])], np.int64)
         self.axes = np.zeros(self.v_of.size, AXIS)
@@ -62,7 +62,6 @@ class TreeRecords:
         self.axes["armature"] = np.asarray(model.dof_armature)[self.v_of]
         self.row = np.zeros(len(known), np.int64)
         self.at, self.quaternion = np.zeros((len(known), 3)), np.zeros((len(known), 4))
-        joint = 0
         for body, number in known.items():  # poses are in the frames of links until the links are complete
             before = known.get(int(model.body_parentid[body]))
             pose = Pose(np.array(model.body_pos[body]), np.array(model.body_quat[body]))
@@ -80,29 +79,22 @@ class TreeRecords:
             if FREE_JOINT in kinds[before is None :]:
                 raise ValueError(f"bodies: body {body} has a free joint behind another joint")
             link["position"], link["quaternion"] = IDENTITY if FREE_JOINT in kinds else pose
-            link["first_joint"], link["joints"] = joint, len(each[body])
-            joint += len(each[body])
         self._hang_joints(joints)
         self._order_factor(joined)
         self._weigh(model, list(known))
 
     def _hang_joints(self, joints: list[Any]) -> None:
         """Set the records of joints and degrees of freedom; joints: as of `_parts_of`."""
-        q, v = 0, 0
-        for row, (kind, _, _, *own) in zip(self.joints, joints, strict=True):
-            row["kind"], row["first_q"], row["first_axis"] = kind, q, v
-            row["at"], row["axis"], row["reference"] = own
-            self.axes["begins"][v], self.axes["coordinate"][v : v + V_SIZE[kind]] = 1, q
-            q, v = q + Q_SIZE[kind], v + V_SIZE[kind]
-        for link in self.links:
-            own = slice(int(link["first_joint"]), int(link["first_joint"] + link["joints"]))
-            link["first_axis"] = self.joints["first_axis"][own][0]
-            link["axes"] = sum(V_SIZE[int(kind)] for kind in self.joints["kind"][own])
-            parent = self.links[link["parent"]] if link["parent"] >= 0 else None
-            before = -1 if parent is None else int(parent["first_axis"] + parent["axes"]) - 1
-            for k in range(int(link["first_axis"]), int(link["first_axis"] + link["axes"])):
-                self.axes["carrier"][k] = before
-                before = k
+        rows, links, axes = self.joints, self.links, self.axes
+        rows["kind"], _, _, rows["at"], rows["axis"], rows["reference"] = zip(*joints, strict=True)
+        sizes = np.array([V_SIZE[kind] for kind in rows["kind"].tolist()])
+        rows["first_q"], rows["first_axis"] = firsts([Q_SIZE[kind] for kind in rows["kind"].tolist()]), firsts(sizes)
+        axes["begins"][rows["first_axis"]], axes["coordinate"] = 1, np.repeat(rows["first_q"], sizes)
+        links["first_axis"] = first = rows["first_axis"][links["first_joint"]]
+        links["axes"] = np.add.reduceat(sizes, links["first_joint"])
+        last = first + links["axes"] - 1
+        axes["carrier"] = np.arange(axes.size) - 1
+        axes["carrier"][first] = np.where(links["parent"] >= 0, last[links["parent"]], -1)
 
     def _order_factor(self, joined: Iterable[Iterable[int]]) -> None:
         """Set which entries the rows of the factor have, from the elimination tree of the mass matrix.
@@ -178,6 +170,11 @@ class TreeRecords:
         world.trees["stale"][number] = 1
 
 
+def firsts(sizes: Iterable[int]) -> Array:
+    """Return where each of several things of these sizes begins if they follow each other."""
+    return np.cumsum([0, *sizes])[:-1]
+
+
 def _joints_of(model: Any, body: int) -> range:
     """Return the numbers of a body's joints."""
     first = int(model.body_jntadr[body])
@@ -191,3 +188,46 @@ def _parts_of(model: Any, joint: int) -> list[Any]:
         slides = [(SLIDE, q + i, v + i, ORIGIN, axis, 0.0) for i, axis in enumerate(np.eye(3))]
         return [*slides, (BALL, q + 3, v + 3, ORIGIN, ORIGIN, 0.0)]
     return [(kind, q, v, model.jnt_pos[joint], model.jnt_axis[joint], model.qpos0[q])]
+
+
+@lru_cache
+def addresses() -> dict[str, int]:
+    """Return the addresses of the compiled functions of trees, by their names in `records.TREE`."""
+    by_signature = {
+        call_on_tree: (kinematics.move, dynamics.accelerate),
+        call_with_number: (motion.fly, motion.drift),
+        call_with_body: (
+            mobility.settle, mobility.spread_delta_v, mobility.stop, mobility.move_from_start, mobility.write_masses,
+            mobility.add_damping,
+        ),
+        call_with_vectors: (mobility.kick, mobility.add_accelerations, mobility.add_force),
+        ask_mobility: (mobility.mobility,),
+    }  # fmt: skip
+    return {one.__name__: address_of(one, kind) for kind, functions in by_signature.items() for one in functions}
+
+
+def numbers(world: Arrays, number: int, name: str) -> Array:
+    """Return a view of one of a tree's arrays, by its name in `records.TREE`."""
+    tree = world.trees[number]
+    sizes = numbers_of(tree)
+    names = list(sizes)
+    first = int(tree["numbers"]) + sum(sizes[one] for one in names[: names.index(name)])
+    return world.joints[first : first + sizes[name]]
+
+
+def coordinates(world: Arrays, number: int) -> tuple[Array, Array]:
+    """Return copies of the coordinates and velocities of a tree."""
+    return numbers(world, number, "q").copy(), numbers(world, number, "v").copy()
+
+
+def write_coordinates(world: Arrays, number: int, q: Array, v: Array) -> None:
+    """Set the coordinates and velocities of a tree, and all that follows from them; wakes its bodies."""
+    for name, value in (("q", q), ("v", v)):
+        own = numbers(world, number, name)
+        if value.shape != own.shape:
+            raise ValueError(f"{name}: shape {value.shape}; must be {own.shape}")
+        own[:] = value
+    tree = world.trees[number]
+    tree["stale"] = 1
+    world.bodies["asleep"][int(tree["first"]) : int(tree["first"] + tree["count"])] = 0
+    CFUNCTYPE(None, c_uint64)(int(tree["settle"]))(int(tree["bodies"]))
