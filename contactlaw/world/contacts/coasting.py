@@ -15,14 +15,14 @@ from contactlaw.laws import torsion
 from contactlaw.laws.hertz import damping_of, hertz_stiffness
 from contactlaw.laws.record import LASTING, SPUN
 from contactlaw.laws.slip import stuck_stiffness
-from contactlaw.memory import set_whole, whole_at
+from contactlaw.memory import copy_wholes, set_whole, whole_at
 from contactlaw.world.contacts.force import dashpot_of, has_dashpot, is_quasi_static
 from contactlaw.world.contacts.pace import closing_speed, longest_substep, substeps_per_impact
 from contactlaw.world.contacts.touch import turn_frame
 from contactlaw.world.data.access import body_at, coasting_at, contact_at, near_at, pair_at
 from contactlaw.world.data.materials import law_of
-from contactlaw.world.data.records import NEVER
-from contactlaw.world.data.saved import body_address, copy_coasting
+from contactlaw.world.data.records import COASTING, NEVER
+from contactlaw.world.data.saved import body_address
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, store, sub
 
 # Roots of m delta/P in which a contact must be expected to hardly change: 0.4 durations of an impact. An impact changes
@@ -32,6 +32,7 @@ CHANGE = 0.4  # changes of overlap and friction while a contact coasts, at most:
 LEAST, MOST = 0.65, 1.5  # range of the overlap, over that at the start
 TURNING = 0.02  # change of the overlap by turning of the normal, at most: share of the overlap
 FULL = 0.98  # share of mu P from which a friction force counts as the limit
+SIZE = COASTING.itemsize
 TORSION_PHASE = 0.3  # [rad] of a torsional oscillation for which its moment may be held: critically damped, stable to 1
 
 
@@ -206,7 +207,7 @@ def advance_coasting(w, pairs, coasting, span, may_coast):
         end_coasting(w, r)
         set_whole(w.island_pairs, pairs, r.near)
         pairs, coasting = pairs + 1, coasting - 1
-        copy_coasting(w, coasting, i)
+        copy_wholes(w.coasting + SIZE * coasting, w.coasting + SIZE * i, SIZE // 8)
     return coasting
 
 
