@@ -99,8 +99,7 @@ def max_push(p, a, b):
 def whirls(s, a, n, spin, time):
     """Return whether the deepest point of a disc runs round its rim by more than MAX_WHIRL in a time [s].
 
-    It is where the normal's component in the plane of the disc points, see `shapes.disc`. That direction turns the
-    faster, the flatter the disc lies.
+    It is where the normal's component in the disc's plane points, see `shapes.disc`: the flatter, the faster.
     """
     if s.kind != DISC and s.kind != SIDE:
         return False
@@ -162,8 +161,8 @@ def changes_regime(w, pairs):
 def energy(w, bodies, pairs):
     """Return the energy [J] of an island: kinetic and stored in contacts, less the work of loads since the step began.
 
-    The second result is the sum of the absolute values of these terms; NEVER for islands with trees or moving kinematic
-    bodies, as joints, or the drives of these bodies, do work.
+    The second result is the sum of the absolute values of these terms; NEVER where joints, or drives of kinematic
+    bodies, do work.
     """
     total, size = 0.0, 0.0
     for i in range(bodies):

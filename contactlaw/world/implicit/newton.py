@@ -132,21 +132,18 @@ def evaluate_contact(w, r, stage, again):
     measure(w, c, a, b)
     t, n, e = c.touch, load(c.normal), load(c.tangent)
     f, arm_a, arm_b = cross(n, e), load(c.arm_a), load(c.arm_b)
-    u = sub(velocity_at(a, arm_a), velocity_at(b, arm_b))
-    slide = dot(u, e), dot(u, f), dot(sub(load(a.spin), load(b.spin)), n)
+    u, turning = sub(velocity_at(a, arm_a), velocity_at(b, arm_b)), sub(load(a.spin), load(b.spin))
+    slide = dot(u, e), dot(u, f), dot(turning, n)
     along = stage * abs(dot(u, n) + r.closing)
     across = stage * sqrt((slide[0] - r.slide[0]) ** 2 + (slide[1] - r.slide[1]) ** 2)
     store(r.slide, slide)
-    r.closing = -dot(u, n)
-    t.closing = r.closing
+    r.closing = t.closing = -dot(u, n)
     rounding = ROUNDING * (rounding_scale(n, a) + rounding_scale(n, b))
     if t.overlap <= 0.0:  # opened by this iteration, so not converged unless it hardly moves
         t.force, t.f, t.g = 0.0, 0.0, 0.0
         return along > rounding - CONVERGED * t.overlap, NEVER
     advance_contact(w, c, r.slot, load(c.moved), slide, 0.0, (0.0, 1.0))
-    law = law_of(w, pair_at(w.pairs, c.pair))
-    if law.rolling != 0.0:
-        turning = sub(load(a.spin), load(b.spin))
+    if law_of(w, pair_at(w.pairs, c.pair)).rolling != 0.0:
         advance_rolling(w, c, (dot(turning, e), dot(turning, f)))
     impulse, moment = scale(stage, force_of(c)), scale(stage, moment_of(c))
     about_a, about_b = sub(cross(arm_a, impulse), moment), sub(moment, cross(arm_b, impulse))
@@ -194,14 +191,12 @@ def add_stiffness(w, r, stage):
 def add_moments(w, c, a, b, stage):
     """Add to H the slopes of moments by angles: rolling resistance, and a side over a face of a box; stage [s]."""
     square = stage * stage
-    law = law_of(w, pair_at(w.pairs, c.pair))
-    if law.rolling != 0.0:
+    if law_of(w, pair_at(w.pairs, c.pair)).rolling != 0.0:
         resistance = rolling_resistance(w, c)
         k = square * stiffness(c.touch, resistance) + stage * rolling_dashpot(w, c, resistance)
-        left = c.rolled[2]
         along, across = rolling_axes(c)
-        add_moment_stiffness(w, a, b, along, scale(k if left == 1.0 else 0.0, along))
-        add_moment_stiffness(w, a, b, across, scale(k * left, across))
+        add_moment_stiffness(w, a, b, along, scale(k if c.rolled[2] == 1.0 else 0.0, along))
+        add_moment_stiffness(w, a, b, across, scale(k * c.rolled[2], across))
     sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
     if (sa.kind == SEGMENT or sa.kind == EDGE) and sb.kind == BOX:
         u, way = crown_over_face(sa, a, sb, b, c)

@@ -66,10 +66,7 @@ def take_implicit_steps(w):
 
 
 def is_due(w, bodies):
-    """Return whether an implicit step is to be tried with an island, and count down the pauses of its bodies.
-
-    After each failure to converge the island pauses for about twice as many steps as after the one before.
-    """
+    """Return whether to try an implicit step with an island, and count down its pauses after failures to converge."""
     now = True
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
@@ -80,10 +77,7 @@ def is_due(w, bodies):
 
 
 def take_step(w, bodies, pairs):
-    """Take one implicit step with an island; return whether it was solved and accepted.
-
-    If not, bodies and contacts are as before.
-    """
+    """Take one implicit step with an island; return whether it was accepted. If not, all is as before."""
     begin_step(w, bodies, pairs)
     stages, steady, slides = motion_of(w, bodies, pairs)
     stage = GAMMA * w.step if stages == 2 else w.step
@@ -126,7 +120,10 @@ def solve_stages(w, bodies, pairs, stage, steady, slides):
 
 
 def finish_body(w, k, solved, accepted):
-    """Leave body k as it is at the end of an accepted step, or restore it; set its pause if the step was not solved."""
+    """Leave body k as it is at the end of an accepted step, or restore it.
+
+    Each step that was not solved is followed by a pause of about twice as many steps as the one before.
+    """
     b = body_at(w.bodies, k)
     pause = 0 if solved else min(2 * b.last_pause + 1, PAUSE_LIMIT - 1)
     if accepted:
@@ -263,12 +260,11 @@ def solve(w, bodies, pairs, span, previous, slides):
 def residual_speed(w, bodies):
     """Return the greatest change of velocity that the residual momentum causes [m/s], that of spin [rad/s] added.
 
-    Contacts only reduce that change. In a tree it is the greatest ratio of a residual to its entry on the diagonal of
-    M. NEVER if a force is not finite, which the maximum alone would not show.
+    In a tree: the greatest ratio of a residual to its entry on the diagonal of M. NEVER if a force is not finite.
     """
     eq = equations_of(w)
     m, right = eq.m, eq.right
-    most, total = 0.0, 0.0
+    most, total = 0.0, 0.0  # the maximum alone would not show what is not finite
     for k in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, k))
         o, change = b.unknown, 0.0
