@@ -41,26 +41,20 @@ def energy_of_force(contact: Any, law: Any, memory: Any) -> float:
 class Law:
     """Law of the tangential force of a contact, as a function of its motion.
 
-    To write a law, in this folder or in your own file:
-      1. Subclass `Law` as a frozen dataclass with `name` and `source`. Its fields are numbers with defaults. They can
-         be set wherever a law is named, as in "my_law field=value": in Python, XML and on the command line.
-      2. Set `memory` to the number of vectors in the tangent plane that the law remembers of a contact.
-      3. Write `force(contact, law, memory, du, dv, dt)` in Python that numba can compile. contact is `record.CONTACT`;
-         law has the fields by name; memory[0, i] and memory[1, i] are the components of vector i along the two
-         tangents, zero at the touch; du, dv are the displacement of A relative to B over the step [m]; dt is the step
-         [s], or 0 on a quasi-static path. Return the force along both tangents [N]. End with `return carried(contact,
-         f, g)`. The law must keep |F| <= mu P.
-      4. The default stiffness and energy are those of Mindlin's spring. If they do not fit, write `stiffness(contact,
-         law)`, stuck [N/m] (infinite: rigid), and `energy(contact, law, memory)` [J].
-      5. `ContactPair(..., law=MyLaw())` then works everywhere. `law_of`, XML and the command line find the law by its
-         name once its file has been imported. Files in this folder always are; their laws with a `rung` are in `LAWS`,
-         over which all property tests run.
+    To write a law, in this folder or in a file of your own, subclass `Law` as a frozen dataclass whose fields are
+    numbers with defaults; they can be set wherever a law is named, as in "my_law field=value". Its static method
+    `force(contact, law, memory, du, dv, dt)`, Python that numba can compile, returns the force along both tangents [N],
+    |F| <= mu P, by `return carried(contact, f, g)`. contact is `record.CONTACT`; law has the fields by name;
+    memory[0, i] and memory[1, i] are the components of vector i along the two tangents, zero at the touch; du, dv are
+    the displacement of A relative to B over the step [m]; dt is the step [s], or 0 on a quasi-static path. Where the
+    defaults, those of Mindlin's spring, do not fit: `stiffness(contact, law)`, stuck [N/m] (infinite: rigid), and
+    `energy(contact, law, memory)` [J].
 
     Attributes:
-        name: Name by which users select the law.
+        name: Name by which users select the law, once its file has been imported.
         source: Publication or derivation of the law.
-        rung: Position in the ladder, which orders `LAWS`; infinite: not in `LAWS`.
-        memory: Number of vectors that the law remembers.
+        rung: Position in the ladder `LAWS`, over which all property tests run; infinite: not in `LAWS`.
+        memory: Number of vectors in the tangent plane that the law remembers of a contact.
         linear: Whether the normal spring is linear as well.
         sectors: Whether `laws.sectors` may replace the law in contacts that spin, as both describe micro-slip.
     """
@@ -134,7 +128,11 @@ KNOWN: dict[str, type[Law]] = {}
 
 @lru_cache(maxsize=256)
 def _addresses(given: tuple[Callable[..., Any], ...], numbers: np.dtype) -> tuple[float, ...]:
-    """Compile the functions of a law for its record and return their addresses."""
+    """Compile the functions of a law for its record and return their addresses.
+
+    Raises:
+        TypeError: One cannot be compiled.
+    """
     functions = [getattr(function, "py_func", function) for function in given]
     if INTERPRETED:
         return tuple(float(address_of_python(function, numbers)) for function in functions)
@@ -144,16 +142,11 @@ def _addresses(given: tuple[Callable[..., Any], ...], numbers: np.dtype) -> tupl
         number(contact, law),
         number(contact, law, record.MEMORY_TYPE),
     )
-    return tuple(_address(*one) for one in zip(functions, signatures, strict=True))
-
-
-def _address(function: Callable[..., Any], signature: Any) -> float:
-    """Return the address of a compiled function of a law.
-
-    Raises:
-        TypeError: It cannot be compiled.
-    """
-    try:
-        return float(address_of(function, signature, ours=Path(function.__code__.co_filename).is_relative_to(PACKAGE)))
-    except Exception as error:  # numba's, of any kind, which may not tell the function
-        raise TypeError(f"{function.__qualname__}: numba cannot compile it: {type(error).__name__}: {error}") from error
+    addresses = []
+    for one, signature in zip(functions, signatures, strict=True):
+        try:
+            ours = Path(one.__code__.co_filename).is_relative_to(PACKAGE)
+            addresses.append(float(address_of(one, signature, ours=ours)))
+        except Exception as error:  # numba's, of any kind, which may not tell the function
+            raise TypeError(f"{one.__qualname__}: numba cannot compile it: {type(error).__name__}: {error}") from error
+    return tuple(addresses)

@@ -80,10 +80,9 @@ Nodes = namedtuple("Nodes", "x x2 w")
 
 
 def advance_elliptic(c, numbers, memory, count, du, dv):
-    """Update the tangential force of contact c of a world by `advance`; called by address, as most scenes need it not.
+    """Call `advance` for contact c of a world; this is called by address, as most scenes do not need it.
 
-    numbers, memory: addresses of the law's parameters and of its history. count: number of nodes. du, dv: displacement
-    of A over B along both tangents [m].
+    numbers, memory: addresses of the law's parameters and of its history. count: of nodes. du, dv: of A over B [m].
     """
     n = int(count)
     own = carray(doubles_at(numbers), 3 * n)

@@ -45,10 +45,8 @@ class Microslip(Law):
 
     Attributes:
         node_count: Gauss-Legendre nodes on half the line. None: motion along a line is solved in closed form
-            (`collide`, `force_along_path`); otherwise there are 24 nodes, or a number by chi where it is known
-            (`rebound`).
-        shear_loss: Whether shear dissipates energy as compression does, with a retardation time that follows from the
-            restitution (`laws.shear_loss`). This is a property of the material and needs no further number.
+            (`collide`, `force_along_path`); otherwise there are 24, or a number by chi where it is known (`rebound`).
+        shear_loss: Whether shear dissipates energy as compression does (`laws.shear_loss`), a property of the material.
     """
 
     name = "microslip"
@@ -156,8 +154,8 @@ def half_line_nodes(count: int) -> tuple[NDArray[np.float64], NDArray[np.float64
 def displace(law, memory, s2, overlap, before, gu, gv, cap):
     """Displace all nodes and return the weighted sums of their tractions along both tangents [N/m].
 
-    s2: square of the span over R [m]. gu, gv: G* times the displacement [N/m]. cap: mu E* [Pa]. The loop has no branch,
-    so that it vectorises: a node out of contact has no load, hence a limit of zero and no traction.
+    Arguments: see `nodes.step_of`. The loop has no branch, so that it vectorises: a node out of contact has no load,
+    hence a limit of zero and no traction.
     """
     gained = overlap - before
     rate = 1.0 / gained if gained > 0.0 else 1e300
@@ -217,8 +215,8 @@ def keeps_turning(contact, du, dv):
 def keeps_sliding(contact, law, memory, du, dv):
     """Return whether the contact slides on as a whole, or was never sheared; contact.f and contact.g are then set.
 
-    Otherwise the nodes span the contact and, after a slide, hold the tractions of the slide. Where its limit grows,
-    springs of a persistent contact must stretch before they slide on.
+    Otherwise the nodes span the contact and, after a slide, hold its tractions. Where the limit grows, springs of a
+    persistent contact must stretch before they slide on.
     """
     follow(contact, law, memory)
     if du == 0.0 == dv and (contact.state == OPEN or contact.state == UNSHEARED):

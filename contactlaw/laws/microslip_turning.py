@@ -56,8 +56,8 @@ class Rings(NamedTuple):
 def cells(count: int) -> tuple[Array, Array]:
     """Positions and widths of cells on [0, 1] that end at x = sin of equal steps of an angle: narrow where slip begins.
 
-    x^2 is its mean over the cell, so that the limits sum to mu P. Gauss nodes are not in the middle of cells as wide as
-    their weights: with slip in a tenth of the radius, the loss in a turn was off by 12 %.
+    x^2 is its mean over the cell, so that the limits sum to mu P. (Gauss nodes are not in the middle of cells as wide
+    as their weights: with slip in a tenth of the radius, the loss in a turn was off by 12 %.)
     """
     ends = np.sin(np.linspace(0.0, 0.5 * np.pi, count + 1))
     return np.sqrt((ends[1:] ** 2 + ends[1:] * ends[:-1] + ends[:-1] ** 2) / 3.0), np.diff(ends)
@@ -131,8 +131,7 @@ def returned(x, y, limit, before_u, before_v):
 def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
     """`microslip.displace`, with the same arguments and results, under Coulomb's limit on the surface.
 
-    The limits of the springs give the first guess. Then rings are returned to their limits from the edge inwards
-    (Gauss-Seidel), to a smaller tolerance if the step would create energy.
+    The first guess is by the limits of the springs; the tolerance is smaller if the step would create energy.
     """
     n = memory.shape[1]  # not law.w.size, a constant: the compiler would unroll these loops and not vectorise them
     rate = 1.0 / (overlap - before) if overlap > before else 1e300
@@ -189,7 +188,7 @@ def rings_of(law, memory, springs, active):
 
 
 def relax(law, rings, active, tolerance):
-    """Return rings to their limits until a sweep changes their forces by no more than `tolerance` [N/m].
+    """Return rings to their limits, from the edge inwards, until a sweep changes their forces by `tolerance` [N/m].
 
     Returns the innermost ring that slips; springs further in stick.
     """
@@ -231,9 +230,9 @@ def set_springs(law, memory, springs, rings, inner):
 
 
 def pull_back(law, memory, springs, dissipated, turned):
-    """Move tractions whose dissipation is negative towards the reversed ones of the start (turned = 1) or zero (0).
+    """Move tractions that dissipate less than zero towards the reversed ones of the start (turned = 1).
 
-    Zero: the load falls, in a step without displacement.
+    turned = 0: towards zero, as the load falls in a step without displacement.
     """
     new, both = springs.new, 1e-300
     for i in range(memory.shape[1]):

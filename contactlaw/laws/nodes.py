@@ -9,17 +9,17 @@ from contactlaw.laws.slip import span_of
 
 @jit_inline
 def step_of(contact, du, dv):
-    """Arguments s2, overlap, before, gu, gv, cap of `microslip.displace` for a displacement (du, dv) [m]."""
+    """Return s2, overlap, before, gu, gv, cap of a displacement (du, dv) [m], the arguments of `microslip.displace`.
+
+    s2: square of the span over R [m]. gu, gv: G* times the displacement [N/m]. cap: mu E* [Pa].
+    """
     s2, g_star = contact.scale * contact.scale / contact.radius, contact.g_star
     return s2, contact.overlap, contact.before, g_star * du, g_star * dv, contact.friction * contact.e_star
 
 
 @jit_of_sums
 def shares(nodes, s2, overlap, before, whole):
-    """A force that goes as delta^1.5 over the load of the nodes, at the end of a step; its mean over a growing step.
-
-    nodes: record with x2 and w. s2: square of the span over R [m]. whole: the force at the end of the step.
-    """
+    """The force `whole` at a step's end, as delta^1.5, over the load of the nodes; its mean over a growing step."""
     gained = max(overlap - max(before, 0.0), 1e-15 * overlap)
     load, more = 1e-200, 1e-200
     for i in range(nodes.w.size):
@@ -37,8 +37,8 @@ def shares(nodes, s2, overlap, before, whole):
 def levers(contact, law):
     """Factor [m] from the sum of the nodes' tractions to the force, and factor from the displacement to the nodes'.
 
-    Both factors are P over the load of the nodes, so that the work of the nodes is that of the contact. While the
-    contact grows, the second is a mean over the step, as loads of single nodes have kinks in time and P has none.
+    Both are P over the load of the nodes, so that their work is that of the contact. While the contact grows, the
+    second is a mean over the step, as loads of single nodes have kinks in time and P has none.
     """
     s2, whole = contact.scale * contact.scale / contact.radius, contact.elastic / contact.e_star
     share, mean = shares(law, s2, contact.overlap, contact.before, whole)
@@ -59,11 +59,10 @@ def follow(contact, law, memory):
 
 @jit
 def regrid(contact, law, memory, new_span):
-    """Interpolate the tractions to nodes of another span [m].
+    """Interpolate the tractions to nodes of another span [m], linearly, to zero at the edge of the previous contact.
 
-    The interpolation is linear between the old nodes, and to zero at the edge of the previous contact. Then all are
-    scaled to keep the total force, unless that would raise the elastic energy, the sum of w q^2: a change of the nodes
-    must not add energy.
+    Then all are scaled to keep the total force, unless that would raise the elastic energy, the sum of w q^2: a change
+    of the nodes must not add energy.
     """
     n, span, x, w = law.w.size, contact.scale, law.x, law.w
     old = memory.copy()

@@ -31,12 +31,9 @@ TRACK = np.dtype((np.record, record("force", "stored", "work", "speed")))
 def time_of_phases(start, end, zeta):
     """Scaled time between two phases, TIME_PER_PHASE times the integral of y^(-1/5) dtheta, by 5 Gauss points.
 
-    Near an end at which y is zero the variable of integration is the fifth root of the distance from that end, which
-    removes the singularity.
+    Near an end at which y is zero the variable is the fifth root of the distance from it, without a singularity.
     """
-    length = end - start
-    last = end_phase(zeta)
-    total = 0.0
+    length, last, total = end - start, end_phase(zeta), 0.0
     for i in range(5):
         s, w = GAUSS_5[i, 0], GAUSS_5[i, 1]
         if start < 0.5 * length:
@@ -55,10 +52,7 @@ GAUSS_5 = np.column_stack([0.5 * (_POINTS + 1.0), 0.5 * _WEIGHTS])
 
 
 class Motion(NamedTuple):
-    """A scaled normal motion at steps + 1 instants; all arrays have shape (steps + 1,), v_mid (steps,).
-
-    With linear normal springs delta is y and time is phase.
-    """
+    """A scaled normal motion at steps + 1 instants, the shape of all arrays; with linear springs time is phase."""
 
     deepest: float  # greatest overlap of these instants
     theta: Array  # phase
@@ -66,7 +60,7 @@ class Motion(NamedTuple):
     root: Array  # its square root
     force: Array  # normal force
     ratio: Array  # normal force over the undamped one
-    v_mid: Array  # closing speed in the middle of each step
+    v_mid: Array  # closing speed in the middle of each step, (steps,)
     drop: Array  # decrease of the closing speed from half a step before an instant to half a step after
     speed: Array  # closing speed
     energy: Array  # elastic energy

@@ -74,7 +74,7 @@ CONTACT_SIZE, PAIR_SIZE = len(CONTACT.names or ()), len(PAIR.names or ())
 CONTACT_TYPE = numba.from_dtype(CONTACT)
 MEMORY_TYPE = types.Array(types.float64, 2, "C")
 
-_pair_at = element(PAIR)
+law_at: Any = element(PAIR)
 _NUMBER = types.float64
 _call_force: Any = caller(
     types.UniTuple(_NUMBER, 2)(CONTACT_TYPE, types.uint64, MEMORY_TYPE, _NUMBER, _NUMBER, _NUMBER)
@@ -86,7 +86,7 @@ _call_energy: Any = caller(_NUMBER(CONTACT_TYPE, types.uint64, MEMORY_TYPE))
 @jit_inline
 def pair_of(values):
     """View of the pair at the start of an array of numbers."""
-    return _pair_at(types.uintp(values.ctypes.data), 0)
+    return law_at(types.uintp(values.ctypes.data), 0)
 
 
 @jit_inline

@@ -39,11 +39,15 @@ elastic displacement, as far as D allows.
 from math import copysign, sqrt
 
 import numpy as np
+from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit, jit_inline, jit_of_sums
-from contactlaw.laws.record import SPRUNG
-from contactlaw.laws.slip import carried, slipped_along_mean
+from contactlaw.laws import torsion
+from contactlaw.laws.hertz import greatest_overlap
+from contactlaw.laws.record import LASTING, OPEN, PAIR_SIZE, SPRUNG, SPUN, law_at
+from contactlaw.laws.slip import carried, slipped_along_mean, span_of
 from contactlaw.laws.torsion import FULL, limit_point, stuck_stiffness
+from contactlaw.memory import doubles_at
 
 RINGS, SECTORS = 10, 4
 NUMBERS = 2 * RINGS * SECTORS  # numbers that a contact stores
@@ -98,9 +102,9 @@ COMPLIANCE = np.stack(
 def advance(contact, state, memory, modulus, moved):
     """Update tangential force and moment of a contact by a step, for its present normal forces.
 
-    contact: `laws.record.CONTACT`. state: `torsion.TORSION`. memory: g over the span [N/m], (2, RINGS, SECTORS).
-    modulus: G_t [Pa]. moved: displacement du, dv [m] and angle [rad]. Inside, forces are divided by the span and
-    moments by its square [N/m], displacements are times G*, and energies times 2 G* over the span.
+    state: `torsion.TORSION`. memory: g over the span [N/m], (2, RINGS, SECTORS). modulus: G_t [Pa]. moved: displacement
+    du, dv [m] and angle [rad]. Inside, forces are over the span and moments over its square [N/m], displacements times
+    G*, and energies times 2 G* over the span.
     """
     if state.span == 0.0:
         state.span = sqrt(contact.radius * contact.reach)
@@ -170,8 +174,7 @@ def energy_of(force, hold):
 def fit(contact, span, limit_out, added_out, whole):
     """Compute the limits of the rings, and their forces under unit displacement and unit twist; return the limits' sum.
 
-    whole: mu P over the span [N/m], to which the limits are scaled. The sum is nearly zero if the centre of no cell is
-    in contact.
+    whole: mu P over the span [N/m], to which they are scaled, unless the centre of no cell is in contact.
     """
     overlap, before, s2 = contact.overlap, contact.before, span * span / contact.radius
     rate = 1.0 / (overlap - before) if overlap > before else 1e300
@@ -213,10 +216,7 @@ def weights(soft):
 
 @jit_of_sums
 def let_slip(memory, before, limit, soft, tolerance):
-    """Let sectors slip until all are within their limits; return whether all slip.
-
-    before: tractions at the start of the step. tolerance: change in the last sweep.
-    """
+    """Let sectors slip until a sweep changes less than `tolerance`; return whether all slip. before: at the start."""
     lost, parts, trial = np.zeros((2, RINGS, SECTORS)), np.zeros((6, RINGS)), np.empty((2, SECTORS))
     slips, weight = True, weights(soft)
     for _ in range(MOST_SWEEPS):
@@ -273,10 +273,10 @@ def returned(x, y, u, v, most, over):
 
 @jit
 def pull_back(memory, before, limit, soft, known):
-    """Move tractions with D < 0 towards the reversed tractions of the start of the step, until D = 0.
+    """Move tractions with D < 0 towards the reversed ones of the start, until D = 0; limits may have fallen since.
 
-    The tractions of the start are first reduced to limits that have fallen. known: 2 D, the elastic energy before, and
-    the displacements. Returns 2 D, which is negative only if no state on the way has D = 0.
+    known: 2 D, the elastic energy before, and the displacements. Returns 2 D, negative only if no state on the way has
+    D = 0.
     """
     gain, energy, moves = known
     start = resultant(before)
@@ -353,9 +353,9 @@ def stored(tractions, soft):
 
 @jit
 def hand_over(contact, state, memory, modulus):
-    """Return a contact from sectors to its law and to `torsion`, with the same force and moment at the least energy.
+    """Return a contact from sectors to its law and to `torsion`, with the same force and moment, as if it had stuck.
 
-    These are the tractions of a stuck contact. memory: vectors of the law, flat, in place of the sectors' tractions.
+    memory: vectors of the law, flat, in place of the sectors' tractions.
     """
     count, radius = memory.size // 2, sqrt(contact.radius * max(contact.before, 0.0))
     held = 1.0 / (2.0 * radius * contact.ratio) if radius * contact.ratio > 0.0 else 0.0
@@ -365,3 +365,30 @@ def hand_over(contact, state, memory, modulus):
     for i in range(state.twists.size):
         state.twists[i] = turned
     contact.state, contact.scale = SPRUNG, state.span
+
+
+def advance_spinning(c, memory, numbers, moved, since, dt, roomy, dashpot):
+    """Update force and moment of contact c of a world that spins, after its normal force; called by address.
+
+    Where its law allows, sectors follow a contact from its touch, until it is a persistent contact or the span of its
+    rings no longer fits. memory, numbers: addresses of the law's history and of the pair's numbers. moved, since, dt:
+    as for `torsion.advance`. roomy: whether sectors may begin. dashpot: spin of A over B [rad/s] and effective moment
+    of inertia [kg m^2], of a dashpot about the normal; inertia 0: none.
+    """
+    t, pair, law = c.touch, law_at(numbers, 0), carray(doubles_at(numbers + 8 * PAIR_SIZE), 1)
+    own = carray(doubles_at(memory), 2 * int(pair.vectors))
+    if t.state == OPEN and roomy and pair.sectors > 0.0:
+        deepest = greatest_overlap(t.stiffness, t.mass, max(t.before, 0.0), t.closing)
+        sigma = t.g_star * abs(moved[2]) * sqrt(t.radius * deepest) / (t.mu * t.e_star * (t.overlap - t.before))
+        if sigma > LEAST_SPIN:
+            t.state = SPUN
+    elif t.state == SPUN and (t.course == LASTING or span_of(t, c.torsion.span) != c.torsion.span):
+        hand_over(t, c.torsion, own, pair.g_t)
+    left = t.mu
+    if t.state == SPUN:
+        advance(t, c.torsion, carray(doubles_at(memory), (2, RINGS, SECTORS)), pair.g_t, moved)
+    else:
+        left = torsion.advance(c.torsion, t, pair, law, own, moved, since, dt)
+    rate, inertia = dashpot
+    if inertia > 0.0:
+        torsion.damp(c.torsion, t, pair.g_t, left, rate, inertia)

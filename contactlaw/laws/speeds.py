@@ -16,9 +16,8 @@ from contactlaw.laws.oscillator import damping_ratio
 def read(contact, numbers, push, sliding):
     """Set damping ratio and friction of a contact at its touch; its closing speed, overlap and mass must be set.
 
-    e is that of the speed at zero overlap which has the present energy. push: closing acceleration [m/s^2] due to all
-    other forces; it adds the speed gained over the overlap at rest, for contacts that begin slowly under load. sliding:
-    sliding speed [m/s].
+    e is that of the speed at zero overlap which has the present energy, and that gained over the overlap at rest by
+    `push`, the closing acceleration [m/s^2] due to all other forces. sliding: speed [m/s].
     """
     count = int(numbers[0])
     if count > 0:

@@ -122,11 +122,7 @@ def stuck_stiffness(modulus, radius):
 
 
 def twist(state, contact, modulus, angle, friction):
-    """Update the moment of a contact that is twisted by an angle [rad] of A relative to B about the normal.
-
-    state: `TORSION`. contact: `laws.record.CONTACT` with the normal forces of this step. modulus: G_t [Pa]. friction:
-    friction coefficient that is left for the moment.
-    """
+    """Update the moment of a contact twisted by an angle [rad]. modulus: G_t [Pa]; friction: left for the moment."""
     radius = sqrt(contact.radius * contact.overlap)
     old = sqrt(contact.radius * max(contact.before, 0.0))
     follow(state, contact, old)
@@ -140,10 +136,9 @@ def twist(state, contact, modulus, angle, friction):
 
 @jit_of_sums
 def turn_rings(state, span, old, angle, cap):
-    """Twist all rings by an angle [rad]; return the moment over the contact's stiffness [rad].
+    """Twist all rings by an angle [rad]; return the moment over the contact's stiffness [rad]. cap: limit of that.
 
-    span, old: span of the rings and previous radius of the contact, over the present radius. cap: limit of the moment
-    over the stiffness [rad].
+    span, old: span of the rings and previous radius of the contact, over the present radius.
     """
     moment, side, way = 0.0, copysign(1.0, angle), abs(angle)
     for i in range(RINGS):
@@ -170,10 +165,9 @@ def turn_rings(state, span, old, angle, cap):
 
 
 def follow(state, contact, radius):
-    """Adapt the span of the rings to the contact.
+    """Adapt the span of the rings to the contact, whose previous radius [m] is given.
 
-    If the span changes, all rings get the same angle: of all states with the same moment, that of least energy. radius:
-    previous radius of the contact [m].
+    If it changes, all rings get the same angle: of all states with the same moment, that of least energy.
     """
     span = state.span
     if span == 0.0:
@@ -269,7 +263,7 @@ def limit_point(v, w):
 def damp(state, contact, modulus, friction, rate, inertia):
     """Add a critical damper to the moment, within its limit: a stuck contact would oscillate for ever.
 
-    rate: angular velocity about the normal [rad/s]. inertia: effective moment of inertia about the normal [kg m^2].
+    rate, inertia: angular velocity [rad/s] and effective moment of inertia [kg m^2] about the normal.
     """
     radius = sqrt(contact.radius * contact.overlap)
     limit = FULL * friction * contact.force * radius

@@ -140,8 +140,7 @@ def rebound(motion, springs, rows, psi_1, chi, psi_2_out):
 def begin(motion, springs, rows, k, stick, out, work_io):
     """Advance an impact from the instant at which it sticks to the end of step k.
 
-    stick: phase of that instant, psi there, and v midway to the end of the step, of `first_stick`. out: tractions of
-    the springs, and room for the gains of that part of the step, (n,).
+    stick: phase, psi and v of `first_stick`. out: tractions of the springs, and room for their gains, (n,).
     """
     (theta, delta, v_mid, _, zeta), (_, _, linear, _), (_, cap, share, faded), (q, gain) = motion, springs, rows, out
     phase, psi, v = stick[0], stick[1], stick[2]

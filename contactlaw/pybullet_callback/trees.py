@@ -31,8 +31,8 @@ from contactlaw.pybullet_callback.shapes import BASE, KINDS, Key, joints_of, pos
 from contactlaw.world import World
 from contactlaw.world.bodies.motion import settle
 from contactlaw.world.data.access import axis_at, body_at, joint_at, link_at, tree_at, world_at
-from contactlaw.world.data.frames import CONJUGATE, IDENTITY, UNTURNED, Pose
 from contactlaw.world.data.call import call_with_body
+from contactlaw.world.data.frames import CONJUGATE, IDENTITY, UNTURNED, Pose
 from contactlaw.world.data.quaternion import load4, turn_by
 from contactlaw.world.data.records import BALL, Array, Arrays
 from contactlaw.world.data.vec import load, store

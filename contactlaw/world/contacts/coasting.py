@@ -15,15 +15,15 @@ from contactlaw.laws import torsion
 from contactlaw.laws.hertz import damping_of, hertz_stiffness
 from contactlaw.laws.record import LASTING, SPUN
 from contactlaw.laws.slip import stuck_stiffness
-from contactlaw.memory import set_whole, whole_at
+from contactlaw.memory import copy_wholes, set_whole, whole_at
 from contactlaw.world.contacts.force import dashpot_of, has_dashpot, is_quasi_static
 from contactlaw.world.contacts.pace import closing_speed, longest_substep, substeps_per_impact
 from contactlaw.world.contacts.touch import turn_frame
 from contactlaw.world.data.access import body_at, coasting_at, contact_at, near_at, pair_at
 from contactlaw.world.data.materials import law_of
-from contactlaw.world.data.records import NEVER
-from contactlaw.world.data.saved import body_address, copy_coasting
-from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, store, sub
+from contactlaw.world.data.records import COASTING, NEVER
+from contactlaw.world.data.saved import body_address
+from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub
 
 # Roots of m delta/P in which a contact must be expected to hardly change: 0.4 durations of an impact. An impact changes
 # by CHANGE in 0.9 of them even where it is deepest, so it never coasts: a billiard break converges with its substeps
@@ -32,6 +32,7 @@ CHANGE = 0.4  # changes of overlap and friction while a contact coasts, at most:
 LEAST, MOST = 0.65, 1.5  # range of the overlap, over that at the start
 TURNING = 0.02  # change of the overlap by turning of the normal, at most: share of the overlap
 FULL = 0.98  # share of mu P from which a friction force counts as the limit
+SIZE = COASTING.itemsize
 TORSION_PHASE = 0.3  # [rad] of a torsional oscillation for which its moment may be held: critically damped, stable to 1
 
 
@@ -57,10 +58,7 @@ def start_coasting(w, pairs, coasting, h):
 
 
 def has_model(w, p):
-    """Return whether a closed contact can coast: it is persistent, without rolling resistance, between round bodies.
-
-    Kinematic bodies that do not turn count as round.
-    """
+    """Return whether a closed contact can coast: it is persistent, without rolling resistance, between round bodies."""
     c, law = contact_at(w.contacts, p.slot), law_of(w, pair_at(w.pairs, p.pair))
     t = c.touch
     if t.state == SPUN or t.course != LASTING or t.overlap <= 0.0:
@@ -70,10 +68,7 @@ def has_model(w, p):
 
 
 def steady_time(c, a, b):
-    """Return the time [s] in which overlap, normal and friction of a closed contact are expected to hardly change.
-
-    With closing speed v and acceleration a, the overlap changes by (v + a t/2) t.
-    """
+    """Return the time [s] in which overlap, (v + a t/2) t, normal and friction are expected to hardly change."""
     speed, change = abs(closing_speed(c, a, b)), CHANGE * c.touch.overlap
     root = sqrt(speed * speed + 2.0 * abs(c.closing_acceleration) * change)
     time = min(2.0 * change / max(speed + root, 1e-300), turning_time(c, a, b))
@@ -84,20 +79,11 @@ def steady_time(c, a, b):
 def turning_time(c, a, b):
     """Return the time [s] in which turning of the normal changes the overlap by the share TURNING.
 
-    A displacement x of the centres across the normal turns it by x over the sum of arms, which changes the overlap by
-    x^2/2 over that sum.
+    A displacement x of the centres across the normal changes the overlap by x^2/2 over the sum of arms.
     """
     n, velocity = load(c.normal), sub(load(a.velocity), load(b.velocity))
     across = norm(axpy(-dot(velocity, n), n, velocity))
     return sqrt(2.0 * TURNING * c.touch.overlap * (norm(load(c.arm_a)) + norm(load(c.arm_b)))) / max(across, 1e-300)
-
-
-def torsion_time(w, c, a, b):
-    """Return the time [s] for which the moment about the normal may be held; NEVER if the contact has not spun."""
-    if c.torsion.span == 0.0:
-        return NEVER
-    stiffness = torsion.stuck_stiffness(law_of(w, pair_at(w.pairs, c.pair)).g_t, sqrt(c.touch.radius * c.touch.overlap))
-    return TORSION_PHASE / sqrt(stiffness * (a.inverse_inertia[0] + b.inverse_inertia[0]))
 
 
 def longest_slide(t):
@@ -107,20 +93,14 @@ def longest_slide(t):
 
 
 def is_round(b):
-    """Return whether a body is kinematic and does not turn, or free with inertia and shapes that do not as it turns.
-
-    The arms of such a free body are along the normal.
-    """
+    """Return whether a body is kinematic and does not turn, or free, its inertia and shapes the same as it turns."""
     if b.inverse_mass == 0.0:
         return b.tree == 0 and dot(load(b.spin), load(b.spin)) == 0.0
     return b.tree == 0 and b.isotropic != 0 and b.oriented == 0
 
 
 def begin_coasting(w, k, r, h, longest):
-    """Set the model r of the contact of pair k, in substeps of h [s].
-
-    longest: time [s] for which it may coast unless quasi-static.
-    """
+    """Set the model r of the contact of pair k, in substeps of h [s]. longest: `r.longest` unless quasi-static."""
     p = near_at(w.near, k)
     c = contact_at(w.contacts, p.slot)
     t, n, e = c.touch, load(c.normal), load(c.tangent)
@@ -135,7 +115,6 @@ def begin_coasting(w, k, r, h, longest):
     r.start_a, r.start_b = dot(load(a.pending_turn), n), dot(load(b.pending_turn), n)
     r.first = r.overlap = t.overlap
     r.closing, r.force = t.closing, t.force
-    r.least, r.most = LEAST * t.overlap, MOST * t.overlap
     r.stiffness, r.damping = hertz_stiffness(t), damping_of(t)
     r.share = 1.0 / (1.0 + 0.5 * r.damping * h / t.mass)
     r.spring, r.drag, r.friction = stuck_stiffness(t), 0.0, t.friction
@@ -147,10 +126,16 @@ def begin_coasting(w, k, r, h, longest):
         sliding = axpy(c.moved[0], e, scale(c.moved[1], side))
         store(r.held, axpy(-r.drag / c.interval, sliding, load(r.pull)))
     r.moment = c.torsion.moment
-    r.longest = min(turning_time(c, a, b), torsion_time(w, c, a, b)) if is_quasi_static(c, 1.0) else longest
+    r.longest = longest
+    if is_quasi_static(c, 1.0):
+        r.longest = turning_time(c, a, b)
+        if c.torsion.span > 0.0:
+            twist = torsion.stuck_stiffness(law_of(w, pair_at(w.pairs, c.pair)).g_t, sqrt(t.radius * t.overlap))
+            rate = sqrt(twist * (a.inverse_inertia[0] + b.inverse_inertia[0]))
+            r.longest = min(r.longest, TORSION_PHASE / rate)
     r.furthest = longest_slide(t)
-    store(r.slide, (0.0, 0.0, 0.0))
-    store(r.impulse, (0.0, 0.0, 0.0))
+    store(r.slide, ZERO)
+    store(r.impulse, ZERO)
     r.normal_work, r.friction_work, r.time = 0.0, 0.0, 0.0
 
 
@@ -200,20 +185,15 @@ def advance_coasting(w, pairs, coasting, span, may_coast):
         if b.inverse_mass != 0.0:
             store(b.velocity, axpy(-b.inverse_mass, impulse, load(b.velocity)))
             store(b.spin, axpy(b.inverse_inertia[0], axpy(r.radius_b, turning, moment), load(b.spin)))
-        if may_coast and is_in_range(r):
+        in_range = LEAST * r.first <= overlap <= MOST * r.first and dot(slide, slide) < r.furthest * r.furthest
+        if may_coast and in_range and r.time < r.longest:
             i += 1
             continue
         end_coasting(w, r)
         set_whole(w.island_pairs, pairs, r.near)
         pairs, coasting = pairs + 1, coasting - 1
-        copy_coasting(w, coasting, i)
+        copy_wholes(w.coasting + SIZE * coasting, w.coasting + SIZE * i, SIZE // 8)
     return coasting
-
-
-def is_in_range(r):
-    """Return whether a contact may coast on."""
-    slid = dot(load(r.slide), load(r.slide))
-    return r.least <= r.overlap <= r.most and slid < r.furthest * r.furthest and r.time < r.longest
 
 
 def end_coasting(w, r):

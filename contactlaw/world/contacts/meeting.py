@@ -6,18 +6,8 @@ from contactlaw.world.data.call import ask_separation
 from contactlaw.world.data.kinds import BOX, EDGE, ELLIPSOID, SEGMENT
 from contactlaw.world.data.quaternion import rotate
 from contactlaw.world.data.vec import add, dot, load, norm, sub
+from contactlaw.world.shapes import geometry
 from contactlaw.world.shapes.core import clip, set_back
-from contactlaw.world.shapes.geometry import (
-    BACK,
-    LOST,
-    SUNK,
-    centre,
-    half_axis,
-    max_overlap,
-    meet,
-    meet_place,
-    overlap_of_cores,
-)
 
 SAME = 1e-3  # of the radius of shape A, up to which two places on a height field are one
 
@@ -25,8 +15,8 @@ SAME = 1e-3  # of the radius of shape A, up to which two places on a height fiel
 @jit_inline
 def meet_contact(c, sa, a, sb, b):
     """Return `geometry.meet` for a closed contact, whose last overlap and normal are known."""
-    found = meet(sa, a, sb, b, place_along(c, sa, a))
-    if sb.separation == 0 or sb.kind == ELLIPSOID or not found[0] > 0.5 * overlap_of_cores(sa, sb):
+    found = geometry.meet(sa, a, sb, b, place_along(c, sa, a))
+    if sb.separation == 0 or sb.kind == ELLIPSOID or not found[0] > 0.5 * geometry.overlap_of_cores(sa, sb):
         return found
     return meet_sunk(c, sa, a, sb, b, found)
 
@@ -36,8 +26,8 @@ def place_along(c, sa, a):
     """Return where a contact was last along a segment or an edge A, -1 to 1 from end to end; of other shapes zero."""
     if sa.kind != SEGMENT and sa.kind != EDGE:
         return 0.0
-    u = half_axis(sa, a)
-    return clip(dot(sub(load(c.arm_a), centre(sa, a)), u) / dot(u, u))
+    u = geometry.half_axis(sa, a)
+    return clip(dot(sub(load(c.arm_a), geometry.centre(sa, a)), u) / dot(u, u))
 
 
 @jit
@@ -51,15 +41,15 @@ def meet_sunk(c, sa, a, sb, b, found):
     more than the surfaces have moved.
     """
     if sa.kind == ELLIPSOID:
-        most, where, swept = overlap_of_cores(sa, sb), sa.separation, sb.radius
+        most, where, swept = geometry.overlap_of_cores(sa, sb), sa.separation, sb.radius
         least = most
     else:
-        most, where = max_overlap(sa, sb), sb.separation
-        swept = most if sa.kind < BOX else (1.0 - BACK) * most
+        most, where = geometry.max_overlap(sa, sb), sb.separation
+        swept = most if sa.kind < BOX else (1.0 - geometry.BACK) * most
         if sa.kind == EDGE:
-            swept -= set_back(sa, half_axis(sa, a), place_along(c, sa, a))[0]
+            swept -= set_back(sa, geometry.half_axis(sa, a), place_along(c, sa, a))[0]
         least = swept
-    if not found[0] > SUNK * least:
+    if not found[0] > geometry.SUNK * least:
         return found
     held = rotate(load(b.twist), load(c.normal))
     held, low, high, lowest = ask_separation(where, sa, a, sb, b, held)
@@ -75,11 +65,11 @@ def meet_apart(w, p, a, b):
 
     Two places become one where a valley hardly is narrower than a ball.
     """
-    overlap, n, arm_a, arm_b = meet_place(w, p, a, b)
+    overlap, n, arm_a, arm_b = geometry.meet_place(w, p, a, b)
     radius = shape_at(w.shapes, p.a).radius
     for i in range(p.first, p.first + p.places):
         q = near_at(w.near, i)
         earlier = q.closed != 0 and q.b < p.b
         if earlier and norm(sub(arm_a, load(contact_at(w.contacts, q.slot).arm_a))) < SAME * radius:
-            overlap = min(overlap, -LOST * radius)
+            overlap = min(overlap, -geometry.LOST * radius)
     return overlap, n, arm_a, arm_b

@@ -70,7 +70,7 @@ def address(w, what):
 
 
 def error_pending(table):
-    """Return whether an exception is kept, without calling Python; table: address of `demand.TABLE`."""
+    """Return whether an exception is kept; table: address of `demand.TABLE`."""
     return entry(table, PENDING) != 0
 
 

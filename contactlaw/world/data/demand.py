@@ -27,9 +27,9 @@ TABLE = np.zeros(ERROR_OBJECT + 1, np.uint64)
 def supply(what: int) -> int:
     """Compile one of the functions, and those always needed with it, if that is to be done; returns its address."""
     # these modules import this one
-    from contactlaw.laws import ellipse
+    from contactlaw.laws import ellipse, sectors
     from contactlaw.world import sleep, state, step
-    from contactlaw.world.contacts import coasting, rolling, spinning
+    from contactlaw.world.contacts import coasting, rolling
     from contactlaw.world.data import call
     from contactlaw.world.implicit import step as implicit_step
 
@@ -41,7 +41,7 @@ def supply(what: int) -> int:
         ALONG: ("elliptic contacts", 2, [(ALONG, ellipse.advance_elliptic, call.call_along)]),
         SLEEP: ("bodies that fall asleep", 1, [(SLEEP, sleep.sleep_if_balanced, call.call_on_island)]),
         ROLL: ("rolling resistance", 1, [(ROLL, rolling.advance_rolling, call.call_roll)]),
-        SPIN: ("contacts that spin", 4, [(SPIN, spinning.advance_spinning, call.call_spin)]),
+        SPIN: ("contacts that spin", 4, [(SPIN, sectors.advance_spinning, call.call_spin)]),
         START_COASTING: ("contacts that hardly change", 2, [
             (COAST, coasting.advance_coasting, call.call_coast),
             (START_COASTING, coasting.start_coasting, call.call_start_coasting),

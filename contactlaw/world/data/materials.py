@@ -1,15 +1,12 @@
 """Laws of the pairs of materials of a world: their numbers, and the history that they keep of a contact."""
 
 from math import isnan
-from typing import Any
 
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_module
-from contactlaw.laws.record import PAIR, PAIR_SIZE
-from contactlaw.memory import doubles_at, element
-
-law_at: Any = element(PAIR)
+from contactlaw.laws.record import PAIR_SIZE, law_at
+from contactlaw.memory import doubles_at
 
 
 def memory_of(w, slot):

@@ -271,7 +271,7 @@ COASTING = record(
     start=VECTOR, start_a="f8", start_b="f8",  # see `coasting.place_of`; angles about the normal [rad]; at the start
     slide=VECTOR,  # tangential displacement of A over B since the start [m]
     impulse=VECTOR,  # [N s] on A
-    first="f8", overlap="f8", closing="f8", least="f8", most="f8",  # at the start and now [m], [m/s]; range [m]
+    first="f8", overlap="f8", closing="f8",  # at the start and now [m], [m/s]
     stiffness="f8", damping="f8", share="f8",  # k of Hertz; damping [N s/m]; 1/(1 + damping h/(2 m))
     spring="f8", drag="f8", friction="f8",  # tangential: [N/m], [N s/m], coefficient
     force="f8", pull=VECTOR, held=VECTOR, moment="f8",  # P, friction on B, that of the spring at the start [N]; [N m]
@@ -279,37 +279,6 @@ COASTING = record(
     normal_work="f8", friction_work="f8",  # [J]
 )  # fmt: skip
 """The model of a contact that coasts, see `contacts.coasting`."""
-
-WORLD = record(
-    # addresses of the arrays, see `Arrays`, and their lengths
-    bodies="u8", shapes="u8", pairs="u8", near="u8", contacts="u8", memory="u8", numbers="u8", groups="u8", spare="u8",
-    points="u8", guards="u8", near_bodies="u8", roots="u8", island_bodies="u8", island_pairs="u8", grid="u8",
-    saved_bodies="u8", trees="u8", joints="u8", rows="u8", coasting="u8", saved_contacts="u8", saved_memory="u8",
-    equations="u8",
-    body_count="i8", shape_count="i8", pair_count="i8", near_room="i8", contact_room="i8", memory_size="i8",
-    group_count="i8", guard_room="i8",
-    cells="i8", step="f8",  # cells of the grid's hash table, a power of two; length of the step [s]
-    time="f8",  # [s] that a `World` has been moved by
-    substeps="f8",  # of an impact between few bodies
-    crowd_substeps="f8", crowd="i8",  # of an impact in an island of more closed contacts than `crowd`
-    stillness="f8",  # share of its overlap that a sleeping contact may move in an impact's time; 0: none sleeps
-    nears="i8", guard_count="i8", spares="i8", islands="i8", near_body_count="i8",  # how many of each there are
-    slots="i8",  # how many slots of contacts have ever been in use: the first ones
-    rested="i8", stale="i8",  # 1: no body moved in the last step; 1: near pairs must be listed anew
-    brief="i8",  # 1: and will be again in the next step
-    age="i8",  # AGED, FRESH: near pairs were listed in an earlier step, which must not show, or in this; 0: no matter
-    edited="i8",  # 0, EDITED: the user has changed bodies since the last step, RESIZED: shapes too, which may overlap
-    unknowns="i8", unknown_room="i8",  # of the island that takes an implicit step; how many there is room for
-    implicit="i8", solved="i8",  # counts since the start: implicit steps of islands, and factorisations for them
-    kicks="i8", lists="i8",  # counts since the start: contact substeps, and lists of near pairs
-    denied="i8",  # 1: a tree that was asked does not pass by everything, see `near.passing`
-    deepest="f8",  # greatest overlap over the contact's radius since the start
-    late="i8", latest="f8",  # contacts that were found overlapping when they closed, and the greatest such overlap [m]
-    twists="i8", lost="i8",  # TWIST_LATER, TWIST_NOW or TWIST_ALWAYS; contacts and pairs for which there was no room
-    lost_body="i8", lost_speed="f8",  # the first lost in this step, 0: none, see `island.integrate`; its speed [m/s]
-    demand="u8",  # address of `demand.TABLE`
-)  # fmt: skip
-"""A world as a whole, the argument of compiled code."""
 
 Array = NDArray[Any]
 SCRATCH = 4  # two scratch bodies, and what they are copies of
@@ -376,3 +345,31 @@ class Arrays(NamedTuple):
                     tree[name] = place
                 place += 8 * size
         return self
+
+
+WORLD = record(
+    **dict.fromkeys(Arrays._fields[:-1], "u8"),  # addresses of the arrays, and their lengths
+    body_count="i8", shape_count="i8", pair_count="i8", near_room="i8", contact_room="i8", memory_size="i8",
+    group_count="i8", guard_room="i8",
+    cells="i8", step="f8",  # cells of the grid's hash table, a power of two; length of the step [s]
+    time="f8",  # [s] that a `World` has been moved by
+    substeps="f8",  # of an impact between few bodies
+    crowd_substeps="f8", crowd="i8",  # of an impact in an island of more closed contacts than `crowd`
+    stillness="f8",  # share of its overlap that a sleeping contact may move in an impact's time; 0: none sleeps
+    nears="i8", guard_count="i8", spares="i8", islands="i8", near_body_count="i8",  # how many of each there are
+    slots="i8",  # how many slots of contacts have ever been in use: the first ones
+    rested="i8", stale="i8",  # 1: no body moved in the last step; 1: near pairs must be listed anew
+    brief="i8",  # 1: and will be again in the next step
+    age="i8",  # AGED, FRESH: near pairs were listed in an earlier step, which must not show, or in this; 0: no matter
+    edited="i8",  # 0, EDITED: the user has changed bodies since the last step, RESIZED: shapes too, which may overlap
+    unknowns="i8", unknown_room="i8",  # of the island that takes an implicit step; how many there is room for
+    implicit="i8", solved="i8",  # counts since the start: implicit steps of islands, and factorisations for them
+    kicks="i8", lists="i8",  # counts since the start: contact substeps, and lists of near pairs
+    denied="i8",  # 1: a tree that was asked does not pass by everything, see `near.passing`
+    deepest="f8",  # greatest overlap over the contact's radius since the start
+    late="i8", latest="f8",  # contacts that were found overlapping when they closed, and the greatest such overlap [m]
+    twists="i8", lost="i8",  # TWIST_LATER, TWIST_NOW or TWIST_ALWAYS; contacts and pairs for which there was no room
+    lost_body="i8", lost_speed="f8",  # the first lost in this step, 0: none, see `island.integrate`; its speed [m/s]
+    demand="u8",  # address of `demand.TABLE`
+)  # fmt: skip
+"""A world as a whole, the argument of compiled code."""

@@ -1,11 +1,9 @@
 """Copies of bodies and contacts, by address, to which they can be set back."""
 
-from numba import carray  # pyright: ignore[reportPrivateImportUsage]
-
 from contactlaw.jit import jit_module
 from contactlaw.laws.record import CONTACT_SIZE
 from contactlaw.laws.torsion import TORSION
-from contactlaw.memory import doubles_at, same_wholes
+from contactlaw.memory import copy_wholes, same_wholes
 from contactlaw.world.data import records
 from contactlaw.world.data.access import body_at, contact_at
 
@@ -13,20 +11,6 @@ KNOWN_NUMBERS = CONTACT_SIZE + TORSION.itemsize // 8 + 4  # the first fields of 
 FIELDS = records.CONTACT.fields or {}
 EVALUATED_NUMBERS = FIELDS["force"][1] // 8  # of a contact that an evaluation in an implicit step may change
 BODY_NUMBERS, CONTACT_NUMBERS = records.BODY.itemsize // 8, records.CONTACT.itemsize // 8
-COASTING_NUMBERS = records.COASTING.itemsize // 8
-
-
-def copy_numbers(source, target, count):
-    """Copy `count` numbers from one address to another."""
-    numbers, copy = carray(doubles_at(source), count), carray(doubles_at(target), count)
-    for k in range(count):
-        copy[k] = numbers[k]
-
-
-def copy_coasting(w, source, target):
-    """Copy a record of a contact that coasts to another place in the list of these."""
-    size = 8 * COASTING_NUMBERS
-    copy_numbers(w.coasting + size * source, w.coasting + size * target, COASTING_NUMBERS)
 
 
 def body_address(bodies, i):
@@ -42,14 +26,14 @@ def scratch_body(w, i, place, time):
     b, source = body_address(w.bodies, i), body_address(w.saved_bodies, place + 2)
     copy = body_at(w.saved_bodies, place)
     if copy.time != time or not same_wholes(b, source, BODY_NUMBERS):
-        copy_numbers(b, source, BODY_NUMBERS)
-        copy_numbers(b, body_address(w.saved_bodies, place), BODY_NUMBERS)
+        copy_wholes(b, source, BODY_NUMBERS)
+        copy_wholes(b, body_address(w.saved_bodies, place), BODY_NUMBERS)
     return copy
 
 
 def save_body(w, i):
     """Save a copy of body i, for `saved_body` and `restore_body`."""
-    copy_numbers(body_address(w.bodies, i), body_address(w.saved_bodies, i + records.SCRATCH), BODY_NUMBERS)
+    copy_wholes(body_address(w.bodies, i), body_address(w.saved_bodies, i + records.SCRATCH), BODY_NUMBERS)
 
 
 def saved_body(w, i):
@@ -59,12 +43,12 @@ def saved_body(w, i):
 
 def restore_body(w, i):
     """Set body i back to its saved copy."""
-    copy_numbers(body_address(w.saved_bodies, i + records.SCRATCH), body_address(w.bodies, i), BODY_NUMBERS)
+    copy_wholes(body_address(w.saved_bodies, i + records.SCRATCH), body_address(w.bodies, i), BODY_NUMBERS)
 
 
 def copy_row(source, target, slot, size, count):
     """Copy the first `count` numbers of a row of `size` numbers."""
-    copy_numbers(source + 8 * size * slot, target + 8 * size * slot, count)
+    copy_wholes(source + 8 * size * slot, target + 8 * size * slot, count)
 
 
 def save_contact(w, slot):
@@ -78,20 +62,15 @@ def saved_contact(w, slot):
     return contact_at(w.saved_contacts, slot)
 
 
-def restore_contact(w, slot):
-    """Set a contact back to its saved copy, but for the ledger; its law's history stays as it is."""
-    copy_row(w.saved_contacts, w.contacts, slot, CONTACT_NUMBERS, EVALUATED_NUMBERS)
+def restore_contact(w, slot, count=EVALUATED_NUMBERS):
+    """Set a contact, but for its ledger, and its law's history back to the saved copy. count: of its first numbers."""
+    copy_row(w.saved_contacts, w.contacts, slot, CONTACT_NUMBERS, count)
+    copy_row(w.saved_memory, w.memory, slot, w.memory_size, w.memory_size)
 
 
 def restore_law_state(w, slot):
-    """Set the state of a contact's laws, and their history, back to the saved copy."""
-    copy_row(w.saved_contacts, w.contacts, slot, CONTACT_NUMBERS, KNOWN_NUMBERS)
-    restore_history(w, slot)
-
-
-def restore_history(w, slot):
-    """Set the history of a contact's law back to the saved copy."""
-    copy_row(w.saved_memory, w.memory, slot, w.memory_size, w.memory_size)
+    """Set the state of a contact's laws alone, and their history, back to the saved copy."""
+    restore_contact(w, slot, KNOWN_NUMBERS)
 
 
 jit_module(__name__)

@@ -6,14 +6,7 @@ No contact may strike, part or begin to stick within an implicit step, as these 
 from contactlaw.jit import jit_module
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.bounds import time_to_close
-from contactlaw.world.contacts.force import (
-    has_rigid_friction,
-    is_quasi_static,
-    is_slow,
-    slide_to_slip,
-    slips_fully,
-    stored_energy,
-)
+from contactlaw.world.contacts import force
 from contactlaw.world.contacts.pace import closing_speed, radius_of, stays_closed
 from contactlaw.world.contacts.touch import TOUCHING
 from contactlaw.world.data.access import body_at, contact_at, near_at, row_at, shape_at, tree_at
@@ -87,7 +80,7 @@ def strikes(w, p):
         closing, gap, push = max(p.closing, 0.0), max(p.gap, 0.0), max_push(p, a, b)
         return time_to_close(gap, p.closing, push) < w.step and closing * closing + 2.0 * push * gap > 0.0
     c = contact_at(w.contacts, p.slot)
-    if has_rigid_friction(w, c) or not stays_closed(c, a, b):
+    if force.has_rigid_friction(w, c) or not stays_closed(c, a, b):
         return True
     return whirls(shape_at(w.shapes, p.a), a, load(c.normal), sub(load(a.spin), load(b.spin)), w.step)
 
@@ -106,8 +99,7 @@ def max_push(p, a, b):
 def whirls(s, a, n, spin, time):
     """Return whether the deepest point of a disc runs round its rim by more than MAX_WHIRL in a time [s].
 
-    It is where the normal's component in the plane of the disc points, see `shapes.disc`. That direction turns the
-    faster, the flatter the disc lies.
+    It is where the normal's component in the disc's plane points, see `shapes.disc`: the flatter, the faster.
     """
     if s.kind != DISC and s.kind != SIDE:
         return False
@@ -116,56 +108,30 @@ def whirls(s, a, n, spin, time):
     return norm(cross(spin, axis)) * time > MAX_WHIRL * max(norm(cross(n, axis)), flat)
 
 
-def takes_one_stage(w, bodies, pairs):
-    """Return whether an island takes one stage: it has a tree, and no contact slides as a whole."""
-    if not has_tree(w, bodies):
-        return False
-    for i in range(pairs):
-        p = near_at(w.near, whole_at(w.island_pairs, i))
-        if p.closed != 0 and slips_fully(contact_at(w.contacts, p.slot).touch):
-            return False
-    return True
+def motion_of(w, bodies, pairs):
+    """Return how many stages an island takes, and whether it is steady and slides at the start of the step.
 
-
-def has_tree(w, bodies):
-    """Return whether an island has bodies of a tree."""
-    out = False
-    for i in range(bodies):
-        out = out or body_at(w.bodies, whole_at(w.island_bodies, i)).tree != 0
-    return out
-
-
-def is_steady(w, bodies, pairs):
-    """Return whether no contact of an island moves along its normal at the start of the step: its force hardly changes.
-
-    Nor do its bodies: after an implicit step, a contact knows the mean speed in that step only. False for
-    islands with trees, where actuators and joints make the forces at the start a bad first guess.
+    One stage: it has a tree, and no contact slides as a whole. Steady: no contact moves along its normal, nor do its
+    bodies (after an implicit step, a contact knows the mean speed in that step only), so its force hardly changes;
+    never with trees, where actuators and joints make the forces at the start a bad first guess. Slides: it is steady,
+    and all closed contacts slide as a whole, against friction, and are those of balls and corners: on sides, edges and
+    rims a contact runs along with tilt, which Newton's matrix hardly knows.
     """
-    if has_tree(w, bodies):
-        return False
+    jointed, slips = False, False
+    for i in range(bodies):
+        jointed = jointed or body_at(w.bodies, whole_at(w.island_bodies, i)).tree != 0
+    steady, slides = not jointed, not jointed
     for i in range(pairs):
         r = row_at(w.rows, i)
         if r.slot >= 0:
             p, c = near_at(w.near, r.near), contact_at(w.contacts, r.slot)
             speed = closing_speed(c, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
-            if not (is_quasi_static(c, 1.0) and is_slow(c, speed, 1.0)):
-                return False
-    return True
-
-
-def all_slide(w, pairs):
-    """Return whether all closed contacts of an island slide as a whole, against friction, at the start of the step.
-
-    Only balls and corners: on sides, edges and rims a contact runs along with tilt, which Newton's matrix hardly knows.
-    """
-    for i in range(pairs):
-        r = row_at(w.rows, i)
-        if r.slot >= 0:
-            c = contact_at(w.contacts, r.slot)
+            steady = steady and force.is_quasi_static(c, 1.0) and force.is_slow(c, speed, 1.0)
+            slipping = force.slips_fully(c.touch)
             runs = shape_at(w.shapes, c.shape_a).kind >= SEGMENT
-            if runs or c.touch.friction == 0.0 or not slips_fully(c.touch):
-                return False
-    return True
+            slides = slides and slipping and c.touch.friction != 0.0 and not runs
+            slips = slips or slipping
+    return 1 if jointed and not slips else 2, steady, steady and slides
 
 
 def changes_regime(w, pairs):
@@ -181,8 +147,10 @@ def changes_regime(w, pairs):
             start, now = saved_contact(w, r.slot).touch, c.touch
             if now.overlap <= 0.0 and start.overlap > 0.0:
                 return True
-            far = slide_to_slip(now)
-            sticks = slips_fully(start) and (not slips_fully(now) or now.f * r.slide[0] + now.g * r.slide[1] < 0.0)
+            far = force.slide_to_slip(now)
+            sticks = force.slips_fully(start) and (
+                not force.slips_fully(now) or now.f * r.slide[0] + now.g * r.slide[1] < 0.0
+            )
             if sticks and c.moved[0] ** 2 + c.moved[1] ** 2 > far * far:
                 return True
             if c.torsion.moment * r.slide[2] < 0.0 and c.moved[2] ** 2 * now.radius * now.overlap > far * far:
@@ -193,8 +161,8 @@ def changes_regime(w, pairs):
 def energy(w, bodies, pairs):
     """Return the energy [J] of an island: kinetic and stored in contacts, less the work of loads since the step began.
 
-    The second result is the sum of the absolute values of these terms; NEVER for islands with trees or moving kinematic
-    bodies, as joints, or the drives of these bodies, do work.
+    The second result is the sum of the absolute values of these terms; NEVER where joints, or drives of kinematic
+    bodies, do work.
     """
     total, size = 0.0, 0.0
     for i in range(bodies):
@@ -211,7 +179,7 @@ def energy(w, bodies, pairs):
     for i in range(pairs):
         slot = row_at(w.rows, i).slot
         if slot >= 0:
-            stored = stored_energy(w, contact_at(w.contacts, slot), slot)
+            stored = force.stored_energy(w, contact_at(w.contacts, slot), slot)
             total, size = total + stored, size + stored
     return total, size
 

@@ -5,14 +5,34 @@ diagonal. The factors L U = H have no entries outside of it (George & Liu, Compu
 Definite Systems, 1981, chapter 4), so that the cost of a chain of bodies is proportional to its length.
 """
 
-from contactlaw.jit import jit_module
+from typing import NamedTuple
+
+from contactlaw.jit import jit_inline, jit_module
+from contactlaw.world.data.records import Array
 from contactlaw.world.trees.kinematics import vector
 
 LARGEST = 128  # unknowns; for larger islands substeps are cheaper
-# Numbers of vectors, see `vector_of`
-RIGHT_SIDE, VELOCITY, START_VELOCITY, DISPLACEMENT, FREE_VELOCITY, ACCELERATION = range(6)
-JACOBIAN_N, JACOBIAN_U, JACOBIAN_V, JACOBIAN_SPIN, ENVELOPE = range(6, 11)
-VECTORS = ENVELOPE + 1
+
+
+class Equations(NamedTuple):
+    """The working memory of an implicit step, at `World.equations`; of each row and vector the first entries count."""
+
+    h: Array  # H, later its factors, shape (unknown_room, unknown_room)
+    right: Array  # r, later the solution x, shape (unknown_room,)
+    velocity: Array  # V at the end of a stage
+    begun: Array  # v at the start of the step
+    moved: Array  # displacement of the bodies before a stage
+    free: Array  # velocity at the end of a stage without contacts
+    acceleration: Array  # of the bodies without contacts
+    along_n: Array  # rows of Jacobians of one contact: along its normal,
+    along_u: Array  # along both tangents,
+    along_v: Array
+    about: Array  # about an axis
+    first: Array  # the first column of each row's envelope
+    m: Array  # M, the mass matrix of trees, which lies within the envelope; as H
+
+
+VECTORS = len(Equations._fields) - 2
 
 
 def room_for(unknowns: int) -> tuple[int, int]:
@@ -21,35 +41,25 @@ def room_for(unknowns: int) -> tuple[int, int]:
     return 2 * size + VECTORS, size
 
 
-def matrix(w):
-    """Return H, later its factors, shape (unknown_room, unknown_room)."""
-    return vector(w.equations, (w.unknown_room, w.unknown_room))
+@jit_inline
+def equations_of(w):
+    """Return the `Equations` of a world."""
+    n = w.unknown_room
+    h, m = vector(w.equations, (n, n)), vector(mass_address(w, 0), (n, n))
+    v = vector(w.equations + 8 * n * n, (VECTORS, n))
+    return Equations(h, v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8], v[9], v[10], m)
 
 
-def mass_matrix(w):
-    """Return M, the mass matrix of the bodies, shape (unknown_room, unknown_room); it lies within the envelope."""
-    return vector(mass_address(w, 0), (w.unknown_room, w.unknown_room))
-
-
+@jit_inline
 def mass_address(w, i):
     """Return the address of the diagonal entry of M of unknown i."""
     return w.equations + 8 * (i + w.unknown_room * (w.unknown_room + VECTORS + i))
 
 
-def vector_of(w, number):
-    """Return one of the vectors, by its number; shape (unknown_room,).
-
-    RIGHT_SIDE: r, later the solution x. VELOCITY: V at the end of a stage. START_VELOCITY: v at the start of the step.
-    DISPLACEMENT: of the bodies before a stage. FREE_VELOCITY: at the end of a stage without contacts. ACCELERATION: of
-    the bodies without contacts. JACOBIAN_N, _U, _V, _SPIN: rows of Jacobians of one contact: along its normal, along
-    both tangents, about the normal. ENVELOPE: the first column of each row's envelope.
-    """
-    return vector(w.equations + 8 * w.unknown_room * (w.unknown_room + number), w.unknown_room)
-
-
 def factorise(w):
     """Replace H by its factors L and U, of U the inverse diagonal. No pivots are chosen: masses keep them from zero."""
-    h, first = matrix(w), vector_of(w, ENVELOPE)
+    eq = equations_of(w)
+    h, first = eq.h, eq.first
     for i in range(w.unknowns):
         start, pivot = int(first[i]), h[i, i]
         for j in range(start, i):
@@ -64,7 +74,8 @@ def factorise(w):
 
 def substitute(w):
     """Replace the right side by the solution."""
-    h, first, x = matrix(w), vector_of(w, ENVELOPE), vector_of(w, RIGHT_SIDE)
+    eq = equations_of(w)
+    h, first, x = eq.h, eq.first, eq.right
     for i in range(w.unknowns):
         for k in range(int(first[i]), i):
             x[i] -= h[i, k] * x[k]

@@ -23,22 +23,9 @@ from contactlaw.world.data.call import call_with_body, call_with_vectors
 from contactlaw.world.data.kinds import BOX, EDGE, SEGMENT
 from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.records import NEVER
-from contactlaw.world.data.saved import restore_contact, restore_history, save_contact
+from contactlaw.world.data.saved import restore_contact, save_contact
 from contactlaw.world.data.vec import ZERO, cross, dot, load, scale, store, sub, to_body
-from contactlaw.world.implicit.equations import (
-    ENVELOPE,
-    FREE_VELOCITY,
-    JACOBIAN_N,
-    JACOBIAN_SPIN,
-    JACOBIAN_U,
-    JACOBIAN_V,
-    RIGHT_SIDE,
-    VELOCITY,
-    mass_address,
-    mass_matrix,
-    matrix,
-    vector_of,
-)
+from contactlaw.world.implicit.equations import equations_of, mass_address
 from contactlaw.world.near.places import takes_known_gap
 from contactlaw.world.shapes.core import set_back
 from contactlaw.world.shapes.geometry import centre, half_axis, meet_near
@@ -54,12 +41,12 @@ INSIDE = 1.0 - 1e-9  # of a half length, and of the cosine of a normal to a face
 
 def begin_residual(w, bodies, stage):
     """Write the residual of a stage [s] without contacts: M (V_free - V), and damping in trees; also the M of trees."""
-    m, right = mass_matrix(w), vector_of(w, RIGHT_SIDE)
-    velocity, free = vector_of(w, VELOCITY), vector_of(w, FREE_VELOCITY)
+    eq = equations_of(w)
+    m, right, velocity, free = eq.m, eq.right, eq.velocity, eq.free
     for k in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, k))
-        count, o = velocity_count(b), b.unknown
-        if count == 0 or (b.tree != 0 and b.member != 0):
+        o, end = unknowns_of(b)
+        if o == end or (b.tree != 0 and b.member != 0):
             continue
         if b.tree == 0:
             store(right[o:], scale(1.0 / b.inverse_mass, sub(load(free[o:]), load(velocity[o:]))))
@@ -67,44 +54,42 @@ def begin_residual(w, bodies, stage):
             continue
         t = tree_at(b.tree, 0)
         t.weights, t.stride, t.stage = mass_address(w, o), w.unknown_room, stage
-        for i in range(o, o + count):
-            for j in range(o, o + count):
+        for i in range(o, end):
+            for j in range(o, end):
                 m[i, j] = 0.0
         call_with_body(t.write_masses, b)
-        for i in range(o, o + count):
+        for i in range(o, end):
             total = 0.0
-            for j in range(o, o + count):
+            for j in range(o, end):
                 total += m[i, j] * (free[j] - velocity[j])
             right[i] = total
         call_with_body(t.add_damping, b)
-        x = vector(t.x, count)
-        for i in range(count):
-            right[o + i] += stage * x[i]
+        x = vector(t.x, t.v_size)
+        for i in range(o, end):
+            right[i] += stage * x[i - o]
 
 
 def begin_matrix(w, bodies):
     """Set H to the mass matrix M, and the envelope to that of M."""
-    h, m, first = matrix(w), mass_matrix(w), vector_of(w, ENVELOPE)
+    eq = equations_of(w)
+    h, m = eq.h, eq.m
     for k in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, k))
-        if b.tree != 0 and b.member != 0:
+        o, end = unknowns_of(b)
+        if o == end or (b.tree != 0 and b.member != 0):
             continue
-        o = b.unknown
-        for i in range(o, o + velocity_count(b)):
-            first[i] = o
+        for i in range(o, end):
+            eq.first[i] = o
             for j in range(w.unknowns):
-                h[i, j] = 0.0
-            for j in range(o, o + velocity_count(b) if b.tree != 0 else o):
-                h[i, j] = m[i, j]
-        if b.tree == 0 and b.unknown >= 0:
+                h[i, j] = m[i, j] if b.tree != 0 and o <= j < end else 0.0
+        if b.tree == 0:
             write_inertia(b, h)
 
 
-def velocity_count(b):
-    """Return how many unknowns are those of a body, or of its tree."""
-    if b.unknown < 0:
-        return 0
-    return 6 if b.tree == 0 else tree_at(b.tree, 0).v_size
+def unknowns_of(b):
+    """Return the first unknown of a body, or of its tree, and that after its last one; the same if it has none."""
+    count = 6 if b.tree == 0 else tree_at(b.tree, 0).v_size
+    return b.unknown, b.unknown + (count if b.unknown >= 0 else 0)
 
 
 def write_inertia(b, h):
@@ -147,27 +132,22 @@ def evaluate_contact(w, r, stage, again):
     measure(w, c, a, b)
     t, n, e = c.touch, load(c.normal), load(c.tangent)
     f, arm_a, arm_b = cross(n, e), load(c.arm_a), load(c.arm_b)
-    u = sub(velocity_at(a, arm_a), velocity_at(b, arm_b))
-    slide = dot(u, e), dot(u, f), dot(sub(load(a.spin), load(b.spin)), n)
+    u, turning = sub(velocity_at(a, arm_a), velocity_at(b, arm_b)), sub(load(a.spin), load(b.spin))
+    slide = dot(u, e), dot(u, f), dot(turning, n)
     along = stage * abs(dot(u, n) + r.closing)
     across = stage * sqrt((slide[0] - r.slide[0]) ** 2 + (slide[1] - r.slide[1]) ** 2)
     store(r.slide, slide)
-    r.closing = -dot(u, n)
-    t.closing = r.closing
+    r.closing = t.closing = -dot(u, n)
     rounding = ROUNDING * (rounding_scale(n, a) + rounding_scale(n, b))
     if t.overlap <= 0.0:  # opened by this iteration, so not converged unless it hardly moves
         t.force, t.f, t.g = 0.0, 0.0, 0.0
         return along > rounding - CONVERGED * t.overlap, NEVER
-    if again:
-        restore_history(w, r.slot)
     advance_contact(w, c, r.slot, load(c.moved), slide, 0.0, (0.0, 1.0))
-    law = law_of(w, pair_at(w.pairs, c.pair))
-    if law.rolling != 0.0:
-        turning = sub(load(a.spin), load(b.spin))
+    if law_of(w, pair_at(w.pairs, c.pair)).rolling != 0.0:
         advance_rolling(w, c, (dot(turning, e), dot(turning, f)))
     impulse, moment = scale(stage, force_of(c)), scale(stage, moment_of(c))
-    add_generalised_force(a, impulse, sub(cross(arm_a, impulse), moment), vector_of(w, RIGHT_SIDE))
-    add_generalised_force(b, scale(-1.0, impulse), sub(moment, cross(arm_b, impulse)), vector_of(w, RIGHT_SIDE))
+    about_a, about_b = sub(cross(arm_a, impulse), moment), sub(moment, cross(arm_b, impulse))
+    add_opposite_forces(a, b, impulse, about_a, about_b, equations_of(w).right)
     pace = min(stage * stage * t.force / (IMPACT_SQUARED * t.overlap * t.mass), 1.0)
     slid = stage * sqrt(slide[0] * slide[0] + slide[1] * slide[1])
     taken = min(t.friction * slid, t.overlap) if slips_fully(t) else 0.0
@@ -178,35 +158,31 @@ def evaluate_contact(w, r, stage, again):
 
 def add_stiffness(w, r, stage):
     """Add the slopes of a contact's forces to H, for a stage [s]."""
-    if r.slot < 0:
+    if r.slot < 0 or contact_at(w.contacts, r.slot).touch.overlap <= 0.0:
         return
     c = contact_at(w.contacts, r.slot)
-    if c.touch.overlap <= 0.0:
-        return
     a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
     k = slopes(w, c, r.slot, load(c.moved), load(r.slide), stage)
     n, e = load(c.normal), load(c.tangent)
-    f = cross(n, e)
-    count_a = velocity_count(a)
-    count_b = velocity_count(b) if a.unknown != b.unknown else 0  # they may be of one tree
-    for number, direction in ((JACOBIAN_N, n), (JACOBIAN_U, e), (JACOBIAN_V, f)):
-        row = clear_row(w, number, a, b)
-        add_generalised_force(a, direction, cross(load(c.arm_a), direction), row)
-        add_generalised_force(b, scale(-1.0, direction), cross(direction, load(c.arm_b)), row)
-    h, first = matrix(w), vector_of(w, ENVELOPE)
-    jn, ju, jv = vector_of(w, JACOBIAN_N), vector_of(w, JACOBIAN_U), vector_of(w, JACOBIAN_V)
+    eq = equations_of(w)
+    h, first, jn, ju, jv = eq.h, eq.first, eq.along_n, eq.along_u, eq.along_v
+    for row, direction in ((jn, n), (ju, e), (jv, cross(n, e))):
+        clear_row(row, a, b)
+        about_a, about_b = cross(load(c.arm_a), direction), cross(direction, load(c.arm_b))
+        add_opposite_forces(a, b, direction, about_a, about_b, row)
+    of_a, of_b = unknowns_of_both(a, b)
     square = stage * stage
-    lowest = min(a.unknown if count_a > 0 else b.unknown, b.unknown if count_b > 0 else a.unknown)
-    for p in range(count_a + count_b):
-        i = index_of(a, b, count_a, p)
-        first[i] = min(first[i], lowest)
-        by_n = square * (k[0] * jn[i] - k[1] * ju[i] - k[2] * jv[i])
-        by_u = square * (k[3] * ju[i] + k[4] * jv[i])
-        by_v = square * (k[5] * ju[i] + k[6] * jv[i])
-        for j in range(a.unknown, a.unknown + count_a):
-            h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j]
-        for j in range(b.unknown, b.unknown + count_b):
-            h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j]
+    least, most = min(a.unknown, b.unknown), max(a.unknown, b.unknown)
+    for start, end in (of_a, of_b):
+        for i in range(start, end):
+            first[i] = min(first[i], least if least >= 0 else most)
+            by_n = square * (k[0] * jn[i] - k[1] * ju[i] - k[2] * jv[i])
+            by_u = square * (k[3] * ju[i] + k[4] * jv[i])
+            by_v = square * (k[5] * ju[i] + k[6] * jv[i])
+            for j in range(of_a[0], of_a[1]):
+                h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j]
+            for j in range(of_b[0], of_b[1]):
+                h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j]
     if k[7] != 0.0:
         add_moment_stiffness(w, a, b, n, scale(square * k[7], n))
     add_moments(w, c, a, b, stage)
@@ -215,32 +191,30 @@ def add_stiffness(w, r, stage):
 def add_moments(w, c, a, b, stage):
     """Add to H the slopes of moments by angles: rolling resistance, and a side over a face of a box; stage [s]."""
     square = stage * stage
-    law = law_of(w, pair_at(w.pairs, c.pair))
-    if law.rolling != 0.0:
+    if law_of(w, pair_at(w.pairs, c.pair)).rolling != 0.0:
         resistance = rolling_resistance(w, c)
         k = square * stiffness(c.touch, resistance) + stage * rolling_dashpot(w, c, resistance)
-        left = c.rolled[2]
         along, across = rolling_axes(c)
-        add_moment_stiffness(w, a, b, along, scale(k if left == 1.0 else 0.0, along))
-        add_moment_stiffness(w, a, b, across, scale(k * left, across))
+        add_moment_stiffness(w, a, b, along, scale(k if c.rolled[2] == 1.0 else 0.0, along))
+        add_moment_stiffness(w, a, b, across, scale(k * c.rolled[2], across))
     sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
     if (sa.kind == SEGMENT or sa.kind == EDGE) and sb.kind == BOX:
         u, way = crown_over_face(sa, a, sb, b, c)
         add_moment_stiffness(w, a, b, cross(load(c.normal), u), scale(square * way, cross(force_of(c), u)))
 
 
-def index_of(a, b, count_a, p):
-    """Return the index of the unknown that is entry p of those of A, `count_a` in number, and then of B."""
-    return a.unknown + p if p < count_a else b.unknown + p - count_a
+def unknowns_of_both(a, b):
+    """Return `unknowns_of` two bodies; if these are of one tree, B has none."""
+    of_b = unknowns_of(b)
+    return unknowns_of(a), of_b if a.unknown != b.unknown else (of_b[0], of_b[0])
 
 
-def clear_row(w, number, a, b):
-    """Return a row of a Jacobian with its entries for two bodies set to zero."""
-    row = vector_of(w, number)
+def clear_row(row, a, b):
+    """Set the entries of a row for two bodies to zero."""
     for one in (a, b):
-        for p in range(velocity_count(one)):
-            row[one.unknown + p] = 0.0
-    return row
+        start, end = unknowns_of(one)
+        for i in range(start, end):
+            row[i] = 0.0
 
 
 def add_moment_stiffness(w, a, b, axis, moment):
@@ -250,17 +224,17 @@ def add_moment_stiffness(w, a, b, axis, moment):
     """
     if dot(moment, moment) == 0.0:
         return
-    h, row, column = matrix(w), clear_row(w, JACOBIAN_SPIN, a, b), clear_row(w, JACOBIAN_N, a, b)
-    count_a = velocity_count(a)
-    count_b = velocity_count(b) if a.unknown != b.unknown else 0
-    for one, sign in ((a, 1.0), (b, -1.0)):
-        add_generalised_force(one, ZERO, scale(sign, axis), row)
-        add_generalised_force(one, ZERO, scale(sign, moment), column)
-    for p in range(count_a + count_b):
-        i = index_of(a, b, count_a, p)
-        for q in range(count_a + count_b):
-            j = index_of(a, b, count_a, q)
-            h[i, j] += column[i] * row[j]
+    eq = equations_of(w)
+    row, column = eq.about, eq.along_n
+    for one, about in ((row, axis), (column, moment)):
+        clear_row(one, a, b)
+        add_opposite_forces(a, b, ZERO, about, scale(-1.0, about), one)
+    of_a, of_b = unknowns_of_both(a, b)
+    for start, end in (of_a, of_b):
+        for i in range(start, end):
+            for begin, stop in (of_a, of_b):
+                for j in range(begin, stop):
+                    eq.h[i, j] += column[i] * row[j]
 
 
 def crown_over_face(sa, a, sb, b, c):
@@ -274,6 +248,12 @@ def crown_over_face(sa, a, sb, b, c):
     flat = max(abs(n[0]), abs(n[1]), abs(n[2])) > INSIDE
     _, _, growth = set_back(sa, u, at)
     return scale(1.0 / sqrt(square), u), square / growth if abs(at) < INSIDE and flat else 0.0
+
+
+def add_opposite_forces(a, b, force, about_a, about_b, row):
+    """Add J^T of a force on A, the opposite one on B, and moments about their centres of mass to a row."""
+    add_generalised_force(a, force, about_a, row)
+    add_generalised_force(b, scale(-1.0, force), about_b, row)
 
 
 def add_generalised_force(b, force, moment, row):

@@ -17,7 +17,7 @@ second to a vibration. One stage b = h, which keeps that energy as engines do, r
 from math import isfinite, sqrt
 
 from contactlaw.jit import jit_module
-from contactlaw.memory import whole_at
+from contactlaw.memory import copy_wholes, whole_at
 from contactlaw.world.bodies.motion import settle, spin_change, spin_rate, update_momentum
 from contactlaw.world.contacts.rolling import moment_of
 from contactlaw.world.contacts.touch import add_work, end_contact, force_of
@@ -25,37 +25,10 @@ from contactlaw.world.data.access import body_at, contact_at, near_at, row_at, t
 from contactlaw.world.data.call import call_with_body
 from contactlaw.world.data.quaternion import load4, product, rotation_vector
 from contactlaw.world.data.records import AGED, NEVER, PAUSE_LIMIT
-from contactlaw.world.data.saved import (
-    copy_numbers,
-    restore_body,
-    restore_contact,
-    restore_law_state,
-    save_body,
-    save_contact,
-    saved_body,
-)
-from contactlaw.world.data.vec import add, axpy, cross, load, norm, scale, store, sub
-from contactlaw.world.implicit.acceptance import (
-    ENERGY_GAIN,
-    all_slide,
-    changes_regime,
-    energy,
-    is_persistent,
-    is_steady,
-    takes_one_stage,
-)
-from contactlaw.world.implicit.equations import (
-    ACCELERATION,
-    DISPLACEMENT,
-    FREE_VELOCITY,
-    RIGHT_SIDE,
-    START_VELOCITY,
-    VELOCITY,
-    factorise,
-    mass_matrix,
-    substitute,
-    vector_of,
-)
+from contactlaw.world.data.saved import restore_body, restore_contact, save_body, save_contact, saved_body
+from contactlaw.world.data.vec import ZERO, add, axpy, cross, load, norm, scale, store, sub
+from contactlaw.world.implicit.acceptance import ENERGY_GAIN, changes_regime, energy, is_persistent, motion_of
+from contactlaw.world.implicit.equations import equations_of, factorise, substitute
 from contactlaw.world.implicit.newton import add_stiffness, begin_matrix, begin_residual, evaluate_contact
 from contactlaw.world.island import list_bodies, list_pairs
 from contactlaw.world.sleep import fall_asleep, wake
@@ -93,10 +66,7 @@ def take_implicit_steps(w):
 
 
 def is_due(w, bodies):
-    """Return whether an implicit step is to be tried with an island, and count down the pauses of its bodies.
-
-    After each failure to converge the island pauses for about twice as many steps as after the one before.
-    """
+    """Return whether to try an implicit step with an island, and count down its pauses after failures to converge."""
     now = True
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
@@ -107,15 +77,12 @@ def is_due(w, bodies):
 
 
 def take_step(w, bodies, pairs):
-    """Take one implicit step with an island; return whether it was solved and accepted.
-
-    If not, bodies and contacts are as before.
-    """
-    stages = 1 if takes_one_stage(w, bodies, pairs) else 2
-    stage = GAMMA * w.step if stages == 2 else w.step
+    """Take one implicit step with an island; return whether it was accepted. If not, all is as before."""
     begin_step(w, bodies, pairs)
+    stages, steady, slides = motion_of(w, bodies, pairs)
+    stage = GAMMA * w.step if stages == 2 else w.step
     before, _ = energy(w, bodies, pairs)
-    solved = solve_stages(w, bodies, pairs, stage)
+    solved = solve_stages(w, bodies, pairs, stage, steady, slides)
     accepted = solved and not changes_regime(w, pairs)
     if accepted:
         after, size = energy(w, bodies, pairs)
@@ -130,11 +97,12 @@ def take_step(w, bodies, pairs):
     return accepted
 
 
-def solve_stages(w, bodies, pairs, stage):
-    """Solve one stage if `stage` [s] is the whole step, else two; return whether Newton's method converged."""
+def solve_stages(w, bodies, pairs, stage, steady, slides):
+    """Solve one stage if `stage` [s] is the whole step, else two; return whether Newton's method converged.
+
+    steady, slides: as `acceptance.motion_of` returns them.
+    """
     begin_stage(w, stage, 0.0)
-    steady = is_steady(w, bodies, pairs)
-    slides = steady and all_slide(w, pairs)
     if steady:
         guess_velocities(w, bodies, pairs, stage)
     before = w.solved
@@ -145,14 +113,17 @@ def solve_stages(w, bodies, pairs, stage):
     add_impulses(w, pairs, w.step - stage)
     begin_stage(w, stage, w.step - stage)
     if steady:
-        velocity, begun = vector_of(w, VELOCITY), vector_of(w, START_VELOCITY)
+        eq = equations_of(w)
         for i in range(w.unknowns):
-            velocity[i] += (w.step / stage - 1.0) * (velocity[i] - begun[i])
+            eq.velocity[i] += (w.step / stage - 1.0) * (eq.velocity[i] - eq.begun[i])
     return solve(w, bodies, pairs, (stage, w.step), NEVER if w.solved > before else 0.0, slides)
 
 
 def finish_body(w, k, solved, accepted):
-    """Leave body k as it is at the end of an accepted step, or restore it; set its pause if the step was not solved."""
+    """Leave body k as it is at the end of an accepted step, or restore it.
+
+    Each step that was not solved is followed by a pause of about twice as many steps as the one before.
+    """
     b = body_at(w.bodies, k)
     pause = 0 if solved else min(2 * b.last_pause + 1, PAUSE_LIMIT - 1)
     if accepted:
@@ -167,66 +138,59 @@ def finish_body(w, k, solved, accepted):
     if b.tree != 0 and b.member == 0:
         if not accepted:
             t = tree_at(b.tree, 0)
-            copy_numbers(t.start, t.q, t.q_size)
-            copy_numbers(t.start + 8 * t.q_size, t.v, t.v_size)
+            copy_wholes(t.start, t.q, t.q_size + t.v_size)
             t.stale = 1
         settle(b)
 
 
 def begin_step(w, bodies, pairs):
     """Save the bodies and contacts at the start of the step, fill the vectors of unknowns, and begin the rows."""
-    v, a = vector_of(w, START_VELOCITY), vector_of(w, ACCELERATION)
+    eq = equations_of(w)
     for i in range(bodies):
         k = whole_at(w.island_bodies, i)
         save_body(w, k)
         b = body_at(w.bodies, k)
+        v, a = eq.begun[b.unknown :], eq.acceleration[b.unknown :]
         if b.tree != 0:
             if b.member == 0:
                 t = tree_at(b.tree, 0)
-                copy_numbers(t.q, t.start, t.q_size)
-                copy_numbers(t.v, t.start + 8 * t.q_size, t.v_size)
+                copy_wholes(t.q, t.start, t.q_size + t.v_size)  # v follows q
                 own, gained = vector(t.v, t.v_size), vector(t.a, t.v_size)
                 for j in range(t.v_size):
-                    v[t.unknown + j] = own[j]
-                    a[t.unknown + j] = gained[j]
+                    v[j], a[j] = own[j], gained[j]
         elif b.unknown >= 0:
-            store(v[b.unknown :], load(b.velocity))
-            store(v[b.unknown + 3 :], load(b.spin))
-            store(a[b.unknown :], load(b.acceleration))
-            store(a[b.unknown + 3 :], spin_rate(b, load(b.spin)))
-    velocity = vector_of(w, VELOCITY)
+            store(v, load(b.velocity))
+            store(v[3:], load(b.spin))
+            store(a, load(b.acceleration))
+            store(a[3:], spin_rate(b, load(b.spin)))
     for i in range(w.unknowns):
-        velocity[i] = v[i]
+        eq.velocity[i] = eq.begun[i]
     for i in range(pairs):
         r = row_at(w.rows, i)
         r.near = whole_at(w.island_pairs, i)
         p = near_at(w.near, r.near)
         r.slot, r.fresh = p.slot if p.closed != 0 else -1, 0
-        store(r.impulse, (0.0, 0.0, 0.0))
+        store(r.impulse, ZERO)
         if r.slot >= 0:
             save_contact(w, r.slot)
 
 
 def begin_stage(w, stage, before):
-    """Set FREE_VELOCITY and DISPLACEMENT of a stage [s].
+    """Set `free` and `moved` of a stage [s].
 
     before: time [s] for which bodies have moved with the velocities of the previous stage, under its forces.
     """
-    velocity, begun, free = vector_of(w, VELOCITY), vector_of(w, START_VELOCITY), vector_of(w, FREE_VELOCITY)
-    moved, a = vector_of(w, DISPLACEMENT), vector_of(w, ACCELERATION)
+    eq = equations_of(w)
     for i in range(w.unknowns):
-        moved[i] = before * velocity[i]
-        free[i] = begun[i] + before / stage * (velocity[i] - begun[i]) + stage * a[i]
+        eq.moved[i] = before * eq.velocity[i]
+        eq.free[i] = eq.begun[i] + before / stage * (eq.velocity[i] - eq.begun[i]) + stage * eq.acceleration[i]
 
 
 def guess_velocities(w, bodies, pairs, stage):
     """Set the first guess for a stage [s]: free bodies under their loads and the contact forces at the step's start."""
-    velocity, a = vector_of(w, VELOCITY), vector_of(w, ACCELERATION)
-    for i in range(bodies):
-        b = body_at(w.bodies, whole_at(w.island_bodies, i))
-        if b.tree == 0 and b.unknown >= 0:
-            for j in range(b.unknown, b.unknown + 6):
-                velocity[j] += stage * a[j]
+    eq = equations_of(w)
+    for i in range(w.unknowns):  # steady islands have no trees
+        eq.velocity[i] += stage * eq.acceleration[i]
     for i in range(pairs):
         r = row_at(w.rows, i)
         if r.slot >= 0:
@@ -234,17 +198,17 @@ def guess_velocities(w, bodies, pairs, stage):
             moment = moment_of(c)
             for k, arm, sign in ((c.body_a, load(c.arm_a), stage), (c.body_b, load(c.arm_b), -stage)):
                 b = body_at(w.bodies, k)
-                if b.tree == 0 and b.unknown >= 0:
-                    impulse, own = scale(sign, load(c.force)), velocity[b.unknown :]
+                if b.unknown >= 0:
+                    impulse, own = scale(sign, load(c.force)), eq.velocity[b.unknown :]
                     store(own, axpy(b.inverse_mass, impulse, load(own)))
                     store(own[3:], add(load(own[3:]), spin_change(b, axpy(-sign, moment, cross(arm, impulse)))))
 
 
 def solve(w, bodies, pairs, span, previous, slides):
-    """Solve a stage for VELOCITY and place the bodies at its end; return whether Newton's method converged.
+    """Solve a stage for the velocities and place the bodies at its end; return whether Newton's method converged.
 
     span: length of the stage [s], and time of its end from the start of the step. previous: residual before; NEVER:
-    begin with the factors of the first stage, 0.0: that has not factorised. Of the first of two stages only VELOCITY is
+    begin with the factors of the first stage, 0.0: that has not factorised. Of the first of two stages only these are
     needed: the contacts are not evaluated once more if, by the contraction of the last two residuals or of new factors,
     the next one is within the tolerance.
 
@@ -254,7 +218,7 @@ def solve(w, bodies, pairs, span, previous, slides):
     times those of P. So the velocity along the slide is as exact as that across, where the contacts restore it.
     """
     stage, time = span
-    velocity, change, stalls = vector_of(w, VELOCITY), vector_of(w, RIGHT_SIDE), 0  # right side until solved
+    eq, stalls = equations_of(w), 0
     begun, once = 0.0, slides and time < w.step
     for iteration in range(MAX_ITERATIONS):
         for i in range(bodies):
@@ -284,8 +248,8 @@ def solve(w, bodies, pairs, span, previous, slides):
         substitute(w)
         total = 0.0
         for i in range(w.unknowns):
-            velocity[i] += change[i]
-            total += abs(velocity[i])
+            eq.velocity[i] += eq.right[i]
+            total += abs(eq.velocity[i])
         if not isfinite(total):
             return False
         if converges:
@@ -296,11 +260,11 @@ def solve(w, bodies, pairs, span, previous, slides):
 def residual_speed(w, bodies):
     """Return the greatest change of velocity that the residual momentum causes [m/s], that of spin [rad/s] added.
 
-    Contacts only reduce that change. In a tree it is the greatest ratio of a residual to its entry on the diagonal of
-    M. NEVER if a force is not finite, which the maximum alone would not show.
+    In a tree: the greatest ratio of a residual to its entry on the diagonal of M. NEVER if a force is not finite.
     """
-    m, right = mass_matrix(w), vector_of(w, RIGHT_SIDE)
-    most, total = 0.0, 0.0
+    eq = equations_of(w)
+    m, right = eq.m, eq.right
+    most, total = 0.0, 0.0  # the maximum alone would not show what is not finite
     for k in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, k))
         o, change = b.unknown, 0.0
@@ -316,9 +280,16 @@ def residual_speed(w, bodies):
 def place_body(w, k, stage, time):
     """Place body k where its velocity takes it by the end of the stage, `time` [s] after the start of the step."""
     b, start = body_at(w.bodies, k), saved_body(w, k)
+    eq = equations_of(w)
+    velocity, before = eq.velocity[b.unknown :], eq.moved[b.unknown :]
     if b.tree != 0:
         if b.member == 0:
-            place_tree(w, b, stage)
+            t = tree_at(b.tree, 0)
+            v, x = vector(t.v, t.v_size), vector(t.x, t.v_size)
+            for i in range(t.v_size):
+                v[i] = velocity[i]
+                x[i] = before[i] + stage * v[i]
+            call_with_body(t.move_from_start, b)
         store(b.shift, sub(load(b.position), load(start.position)))
         back = start.quaternion[0], -start.quaternion[1], -start.quaternion[2], -start.quaternion[3]
         store(b.twist, rotation_vector(product(load4(b.quaternion), back)))
@@ -326,7 +297,6 @@ def place_body(w, k, stage, time):
         b.turned, b.path = start.turned + turned, norm(load(b.shift)) + turned * b.reach
         return
     if b.unknown >= 0:
-        velocity, before = vector_of(w, VELOCITY)[b.unknown :], vector_of(w, DISPLACEMENT)[b.unknown :]
         store(b.velocity, load(velocity))
         store(b.spin, load(velocity[3:]))
         store(b.shift, axpy(stage, load(velocity), load(before)))
@@ -341,17 +311,6 @@ def place_body(w, k, stage, time):
     b.turned = start.turned
     store(b.pending_turn, load(b.twist))
     settle(b)
-
-
-def place_tree(w, b, stage):
-    """Place a tree where its velocities take it by the end of the stage; b: its first body."""
-    t = tree_at(b.tree, 0)
-    velocity, before = vector_of(w, VELOCITY), vector_of(w, DISPLACEMENT)
-    v, x = vector(t.v, t.v_size), vector(t.x, t.v_size)
-    for i in range(t.v_size):
-        v[i] = velocity[t.unknown + i]
-        x[i] = before[t.unknown + i] + stage * v[i]
-    call_with_body(t.move_from_start, b)
 
 
 def add_impulses(w, pairs, time):
@@ -370,7 +329,6 @@ def finish_contact(w, r, accepted):
     t = c.touch
     if not accepted:
         restore_contact(w, r.slot)
-        restore_law_state(w, r.slot)
     else:
         gained = t.overlap - t.before
         add_work(c, 1.0, gained, load(c.moved))
