@@ -58,7 +58,7 @@ def empty() -> Arrays:
     body["isotropic"] = 1
     body["oriented"] = 1  # planes of the world are off its origin
     made.world["spares"] = LEAST
-    made.world["stale"] = 1
+    made.world["stale"] = made.world["together"] = 1
     return made
 
 

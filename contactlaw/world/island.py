@@ -324,7 +324,7 @@ def substep_length(w, pairs, coasting, t):
     that part slowly soon touch again. Bodies of trees pass many shapes without touching them, so their pairs count only
     if they are about to close.
     """
-    closed, h = coasting, w.step
+    closed, h = coasting, w.step / w.together
     for i in range(coasting):
         h = min(h, coasting_at(w.coasting, i).pace)
     for i in range(pairs):

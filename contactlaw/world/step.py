@@ -29,7 +29,7 @@ from contactlaw.world.data.kinds import TANGENT
 from contactlaw.world.data.records import AGED, ASKED, BOUNDED, DENIED, MEASURED, NEVER, PARTED, PASSES, TWIST_ALWAYS
 from contactlaw.world.data.vec import load, store
 from contactlaw.world.island import integrate
-from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, known_gap, update_guard
+from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, known_gap, surface_speed, update_guard
 from contactlaw.world.near.listing import count_slots, list_near, list_parts_anew, may_leave_margin
 from contactlaw.world.near.passing import separate_at_start
 from contactlaw.world.shapes.geometry import meet_near
@@ -43,6 +43,9 @@ from contactlaw.world.window import (
     shortest_new_impact,
 )
 
+# of the smallest radius of a body: how far it may move in steps that are made as one. Of 2000 balls in flight 0.1 lists
+# no more pairs than single steps do; without a limit steps of 0.2 ms took nine times as long
+FAR = 0.1
 FIND_PRESSED, FIXED_ROOM, GROWING_ROOM = range(3)  # tasks of `step_once`
 LATE_IMPACT = 1e-6  # durations of an impact: one that begins within this of the end of the step is left to the next
 REMAINDER = 0.01  # of a window: it is extended to the end of the step if no more than this would be left
@@ -58,13 +61,32 @@ def step(world, dt, count):
     world: array of one `records.WORLD`, with the addresses of its arrays. Between two calls the user may change
     positions, velocities and accelerations.
     """
-    w = world[0]
-    for i in range(count):
-        if not (ready(w, STEP) and call_step(address(w, STEP), w, dt, GROWING_ROOM)):
-            return i
+    w, made = world[0], 0
+    while made < count:
+        w.together = steps_together(w, dt, count - made)
+        if not (ready(w, STEP) and call_step(address(w, STEP), w, w.together * dt, GROWING_ROOM)):
+            break
+        made += w.together
         if error_pending(w.demand) or w.lost_body > 0:
-            return i + 1
-    return count
+            break
+    return made
+
+
+def steps_together(w, dt, left):
+    """Return how many of the steps of dt [s] that are left are made as one; the last is made alone, for readings.
+
+    In a crowd of persistent contacts steps shorter than an impact are joined up to a window in which no body moves far:
+    near pairs stay few. Steps remain single where they set accuracy: of few contacts, of trees, of bodies that tumble.
+    """
+    shortest, window = plan_window(w)
+    time = window if dt <= shortest < window else 0.0
+    for i in range(w.body_count if time > 0.0 else 0):
+        b = body_at(w.bodies, i)
+        if b.tree != 0 or b.isotropic == 0:
+            return 1
+        if b.size > 0.0 and b.inverse_mass != 0.0:
+            time = min(time, FAR * b.size / surface_speed(b, time))
+    return max(int(min(time / dt, left - 1.0)), 1)
 
 
 def step_once(w, dt, task):
@@ -175,7 +197,7 @@ def finish(w, dt):
         if w.age == AGED and first < NEVER:
             list_anew(w)
             first = predict_all(w, now, dt)
-        if now == 0.0 and take_implicit_steps(w):
+        if now == 0.0 and w.together == 1 and take_implicit_steps(w):
             first = predict_all(w, now, dt)
             w.age = min(w.age, AGED)
         shortest, window = plan_window(w)

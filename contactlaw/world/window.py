@@ -140,8 +140,8 @@ def activate(w, now, until):
             sleep = a.asleep != 0 and b.asleep != 0
             if is_left_out(a, b) and not (sleep and a.delta_v + b.delta_v > 0.0):
                 continue
-            if p.active != 0:  # what nothing is passed on by has given its bodies all that it can
-                changed = (transmits(a, b) and bound_delta_v(w, p, a, b, length, enough)) or changed
+            if p.active != 0:  # it has given its bodies all that it can, besides what it passes on
+                changed = (transmits(a, b) and bound_delta_v(a, b, 0.0, enough)) or changed
                 continue
             if p.closed == 0 and (not first_pass or sleep or p.toi > until) and not may_close(w, p, now, until):
                 continue
@@ -149,7 +149,7 @@ def activate(w, now, until):
             fly(a, now)
             fly(b, now)
             sleeper = sleeper or a.asleep != 0 or b.asleep != 0
-            changed = bound_delta_v(w, p, a, b, length, enough) or changed
+            changed = bound_delta_v(a, b, impact_speed(w, p, a, b, length), enough) or changed
             join(w, p.body_a, p.body_b)
         first_pass = False
     return sleeper
@@ -182,7 +182,7 @@ def joins_nothing(w, p, a, b, length):
         return False
     p.closing = closing_bound(w, p, a, b)
     p.acceleration = norm(sub(load(a.acceleration), load(b.acceleration)))
-    for_a, for_b = gain_bounds(w, p, a, b, length)
+    for_a, for_b = gain_bounds(a, b, impact_speed(w, p, a, b, length))
     return for_a <= a.delta_v and for_b <= b.delta_v
 
 
@@ -209,14 +209,13 @@ def list_anew(w):
     w.age = FRESH if w.age != 0 else 0
 
 
-def bound_delta_v(w, p, a, b, length, enough):
+def bound_delta_v(a, b, speed, enough):
     """Raise the bounds on two bodies' changes of velocity [m/s] within a window by what their contact can do.
 
-    That is an elastic impact of their own, or the passing on of a change that the other body may get. length: of the
-    window [s]. Returns whether a bound has clearly grown that was still below `enough` [m/s], with which a body reaches
-    all that is near; without this limit the bounds of trees could grow for ever.
+    Returns whether a bound has clearly grown that was still below `enough` [m/s], with which a body reaches all that is
+    near; without this limit the bounds of trees could grow for ever. speed: as for `gain_bounds`.
     """
-    for_a, for_b = gain_bounds(w, p, a, b, length)
+    for_a, for_b = gain_bounds(a, b, speed)
     more = (for_a > GROWTH * a.delta_v and a.delta_v < enough) or (for_b > GROWTH * b.delta_v and b.delta_v < enough)
     for one, value in ((a, for_a), (b, for_b)):
         if value > one.delta_v:
@@ -226,21 +225,27 @@ def bound_delta_v(w, p, a, b, length, enough):
     return more
 
 
-def gain_bounds(w, p, a, b, length):
-    """Return how much velocity [m/s] the contact of a pair can give to each of its bodies, see `bound_delta_v`."""
-    closing, push = max(p.closing, 0.0), max(p.acceleration, 0.0)
-    square = (closing + push * length) ** 2
+def gain_bounds(a, b, speed):
+    """Return how much velocity [m/s] a contact can give to each of its bodies.
+
+    That is by an elastic impact at a closing speed [m/s], or by passing on a change that the other body may get.
+    """
+    for_a, for_b = mobility_bound(a, a.reach), mobility_bound(b, b.reach)
+    both = for_a + for_b
+    passed_on = 1.0 if transmits(a, b) else 0.0
+    for_a *= 2.0 * max(speed, passed_on * b.delta_v) / both
+    for_b *= 2.0 * max(speed, passed_on * a.delta_v) / both
+    return for_a, for_b
+
+
+def impact_speed(w, p, a, b, length):
+    """Return the closing speed [m/s] whose elastic impact changes velocities as a pair does in a window, at most."""
     if p.closed != 0:
         c = contact_at(w.contacts, p.slot)
         t = c.touch
         x = max(t.overlap, 0.0)
-        square = closing_speed(c, a, b) ** 2 + 0.8 * t.force * x / t.mass + (t.force * length / t.mass) ** 2
-    for_a, for_b = mobility_bound(a, a.reach), mobility_bound(b, b.reach)
-    both = for_a + for_b
-    passed_on = 1.0 if transmits(a, b) else 0.0
-    for_a *= 2.0 * max(sqrt(square), passed_on * b.delta_v) / both
-    for_b *= 2.0 * max(sqrt(square), passed_on * a.delta_v) / both
-    return for_a, for_b
+        return sqrt(closing_speed(c, a, b) ** 2 + 0.8 * t.force * x / t.mass + (t.force * length / t.mass) ** 2)
+    return max(p.closing, 0.0) + max(p.acceleration, 0.0) * length
 
 
 def transmits(a, b):

@@ -352,6 +352,7 @@ WORLD = record(
     body_count="i8", shape_count="i8", pair_count="i8", near_room="i8", contact_room="i8", memory_size="i8",
     group_count="i8", guard_room="i8",
     cells="i8", step="f8",  # cells of the grid's hash table, a power of two; length of the step [s]
+    together="i8",  # how many time steps of a `World` that is, see `step.steps_together`; 1 in engines
     time="f8",  # [s] that a `World` has been moved by
     substeps="f8",  # of an impact between few bodies
     crowd_substeps="f8", crowd="i8",  # of an impact in an island of more closed contacts than `crowd`
