@@ -160,7 +160,7 @@ def evaluate_contact(w, r, stage, again):
         return along > rounding - CONVERGED * t.overlap, NEVER
     if again:
         restore_history(w, r.slot)
-    advance_contact(w, c, r.slot, load(c.moved), slide, 0.0, (0.0, 1.0))
+    advance_contact(w, c, r.slot, load(c.moved), slide, 0.0, (0.0, 1.0, 0.0))
     law = law_of(w, pair_at(w.pairs, c.pair))
     if law.rolling != 0.0:
         turning = sub(load(a.spin), load(b.spin))
