@@ -131,10 +131,10 @@ def shear(p, header, memory, overlap, slide):
     reset(contact, pair, pair.radius)
     contact.mass, contact.tangential_mass, contact.closing = 0.5, 0.2, 0.0
     contact.before, contact.overlap = -1e-9, overlap
-    press(contact, pair, 0.0, 1e-6)
+    press(contact, pair, 1e-6)
     ask(contact, pair, law, memory, 0.0, 0.0, 1e-6)
     contact.before = overlap
-    press(contact, pair, 0.0, 1e-6)
+    press(contact, pair, 1e-6)
     ask(contact, pair, law, memory, slide, 0.0, 1e-6)
     return contact.f, ask_stiffness(pair, contact, law), ask_energy(pair, contact, law, memory)
 

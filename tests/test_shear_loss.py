@@ -65,7 +65,7 @@ def run_round(p, header, memory, h, path, work, energy, share):
             contact.before, contact.overlap = overlap, path[k, 0]
             contact.closing = (path[k, 0] - overlap) / h
             du, dv = path[k, 1] - path[k - 1, 1], path[k, 2] - path[k - 1, 2]
-            press(contact, pair, 0.0, h)
+            press(contact, pair, h)
             ask(contact, pair, own, memory, du, dv, h)
             overlap = path[k, 0]
             work[turn, k] = contact.f * du + contact.g * dv

@@ -22,7 +22,7 @@ def test_elastic_contact_does_not_read_the_closing_speed() -> None:
         contact = pair.law.with_nodes(None).new_contact()[0][0]
         reset(contact, pair_of(pair.parameters()), 0.0254)
         contact.overlap, contact.mass, contact.stiffness, contact.closing = 1e-6, 1.0, 1e10, closing
-        return hertz.normal_force(contact, pair_of(pair.parameters()), 0.0, 1e-7)[0]
+        return hertz.normal_force(contact, pair_of(pair.parameters()), 1e-7)[0]
 
     assert force(1.0, math.nan) == force(1.0, 0.1) > 0.0
     assert math.isnan(force(0.93, math.nan)) and force(0.93, 0.1) > force(1.0, 0.1)

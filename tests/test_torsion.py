@@ -38,7 +38,7 @@ class Contact:
         """By one step; as the world does it."""
         t, law = self.touch, self.numbers[PAIR_SIZE:]
         t.before, t.overlap = t.overlap, overlap
-        press(t, self.pair, 0.0, 0.0)
+        press(t, self.pair, 0.0)
         if spun:
             advance(self.torsion, t, self.pair, law, self.memory, (slide, 0.0, angle), t.before, 0.0)
         else:

@@ -58,7 +58,7 @@ def _impacts(p, header, memory, overlap, slide, dt, mass, impacts, force_out):
         for i in range(slide.size):
             contact.before, contact.overlap = overlap[i], overlap[i + 1]
             contact.closing = (overlap[i + 1] - overlap[i]) / dt
-            press(contact, pair, 0.0, dt)
+            press(contact, pair, dt)
             ask(contact, pair, law, memory, slide[i], 0.0, dt)
             force_out[i, 0], force_out[i, 1] = contact.force, contact.f
     return force_out

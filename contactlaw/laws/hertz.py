@@ -4,13 +4,6 @@
     P = k delta + 2 zeta sqrt(m k) d(delta)/dt                                k = m (pi/T_Hertz)^2 at the touch
 
 and P = 0 where these are negative.
-
-Leapfrog steps of dt follow x'' + dt^2/12 x'''' = -V'(x)/m. A weak damper c(x) then takes the energy
-
-    integral of c v [1 + dt^2/(24 m) (c' V'/c - V'')] dx        (with x''' = -V'' v/m, and by parts)
-
-The bracket is 1 - dt^2 V''/(24 m) for a constant c and 1 - 5/6 of that for c ~ x^(1/4), V' ~ x^(3/2). So a damper that
-is larger by as much has an error of higher than second order in dt.
 """
 
 from math import sqrt
@@ -20,8 +13,6 @@ from contactlaw.jit import jit_inline, jit_module
 HERTZ_DURATION = 2.9432751843247047  # T v/delta_max = 4/5 sqrt(pi) Gamma(2/5)/Gamma(9/10); Johnson (1985) section 11.4
 # (m/k) (pi/T_Hertz)^2/sqrt(delta_max): it depends on neither mass nor speed
 LINEAR_STIFFNESS = 0.8 * (3.141592653589793 / HERTZ_DURATION) ** 2
-# what leapfrog steps take from the loss by a damper, over dt^2 P/(m delta)
-LINEAR_LOSS, HERTZ_LOSS = 1.0 / 24.0, 5.0 / 6.0 * 1.5 / 24.0
 
 
 def hertz_stiffness(pair):
@@ -50,28 +41,30 @@ def damping_of(contact):
     return sqrt(5.0 * contact.mass * contact.stiffness * sqrt(contact.overlap)) * contact.zeta
 
 
-def normal_force(contact, pair, free, dt, count=1.0):
+def normal_force(contact, pair, dt, motion=(0.0, 1.0, 0.0)):
     """Normal force [N] and its ratio to the elastic one; both are negative where the damper would pull.
 
     The closing speed is that of half a step before the overlap was reached (leapfrog). The damper acts on the speed at
     the overlap, closing + dt/2 (free - P/m). The equation is solved for P, so that the step is stable for any damping.
 
-    free: closing acceleration [m/s^2] due to all forces other than this normal force, gravity for example. Without it
-    the damper would carry part of the load of a contact at rest. dt: length of the step [s]; zero: `closing` is the
-    speed at the overlap. count: of equal dampers that share the mass.
+    dt: length of the step [s]; zero: `closing` is the speed at the overlap. motion: closing acceleration [m/s^2] due to
+    all forces other than this normal force, gravity for example, without which the damper would carry part of the load
+    of a contact at rest; number n of dampers that share the mass; overlap [m] that the elastic force has besides.
+
+    If n dampers act on one mass and each is solved as if it were alone, they overshoot together once n of them are too
+    strong for the step, and oscillate from step to step. So each is solved with an n-th of the mass for what its force
+    differs from that of the last step with the elastic force of this.
     """
+    free, count, deeper = motion
     linear = pair.linear != 0.0
-    contact.elastic = elastic = elastic_force(contact, linear, contact.overlap)
+    foreseen = contact.force - contact.elastic
+    contact.elastic = elastic = elastic_force(contact, linear, max(contact.overlap + deeper, 0.5 * contact.overlap))
     if contact.zeta == 0.0:
         return elastic, 1.0
     mobility = dt / contact.mass
-    if linear:
-        damping = 2.0 * contact.zeta * sqrt(contact.mass * contact.stiffness)
-        damping *= 1.0 + LINEAR_LOSS * contact.stiffness * dt * mobility
-    else:
-        damping = damping_of(contact)
-        damping *= 1.0 + HERTZ_LOSS * contact.stiffness * sqrt(contact.overlap) * dt * mobility
-    pressed = elastic + damping * (contact.closing + 0.5 * count * dt * free)
+    damping = 2.0 * contact.zeta * sqrt(contact.mass * contact.stiffness) if linear else damping_of(contact)
+    closing = contact.closing + 0.5 * (dt * free + (count - 1.0) * mobility * (foreseen + elastic))
+    pressed = elastic + damping * closing
     share = 1.0 + 0.5 * count * damping * mobility
     return pressed / share, pressed / (share * elastic)  # two quotients that do not wait for each other
 

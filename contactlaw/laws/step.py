@@ -51,15 +51,15 @@ def ask(contact, pair, law, memory, du, dv, dt):
         contact.state = SPRUNG
 
 
-def press(contact, pair, free, dt, count=1.0):
+def press(contact, pair, dt, motion=(0.0, 1.0, 0.0)):
     """Update the normal force and the course of a contact for its present overlap > 0; return `hertz.normal_force`.
 
     contact: `record.CONTACT` after `reset`, with overlap, before and closing of this step, and mass and tangential_mass
-    of the touch. free, dt, count: as for `hertz.normal_force`.
+    of the touch. dt, motion: as for `hertz.normal_force`.
     """
     if contact.state == OPEN:
         touch(contact, pair.linear != 0.0)
-    force, ratio = normal_force(contact, pair, free, dt, count)
+    force, ratio = normal_force(contact, pair, dt, motion)
     contact.force, contact.ratio = max(force, 0.0), max(ratio, 0.0)
     if contact.course == PRESSED and contact.ratio < 1.0:
         contact.course = EXPANDING

@@ -18,7 +18,7 @@ from contactlaw.world.trees.description import Tree
 from contactlaw.world.trees.tree_records import TreeRecords, coordinates, write_coordinates
 
 SUBSTEPS = 100  # of an impact, by default; the error of psi_2 is then about 3e-4, and falls with their square
-CROWD_SUBSTEPS = 20  # the same for a damped impact with joints, or in an island of more than `crowd` closed contacts
+CROWD_SUBSTEPS = 10  # the same for a damped impact in an island of more than `crowd` closed contacts
 LEAST_SUBSTEPS = 10
 NEAR_PART = 8  # other shapes near a corner, an edge or a rim for which there is room, in the mean
 

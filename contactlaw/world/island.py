@@ -18,6 +18,7 @@ from contactlaw.world.contacts.pace import (
     substeps_per_impact,
     touch_duration,
 )
+from contactlaw.world.contacts.springs import clear_push, push_by_coasting
 from contactlaw.world.contacts.touch import TOUCHING, advance, apply_force, begin_contact, end_contact, measure
 from contactlaw.world.data.access import body_at, coasting_at, contact_at, near_at
 from contactlaw.world.data.call import address, call_coast, call_start_coasting, ready
@@ -177,6 +178,7 @@ def take_substeps(w, bodies, pairs, t, now, until):
         if joints or closed > w.crowd:
             w.twists = TWIST_NOW if is_last or since_review % TORSION_EVERY == 0 else TWIST_LATER
         update_paths(w, bodies, max(next_h / h, 1.0))
+        push_by_coasting(w, coasting)
         closed, shorter = evaluate_contacts(w, pairs, (h, next_h), closed <= w.crowd)
         closed += coasting
         going = closed > 0 and not is_last
@@ -221,6 +223,7 @@ def update_paths(w, bodies, longer):
         b.path += way
         b.next_path = longer * way
         b.pressing = 0
+        clear_push(b)
 
 
 @jit_inline

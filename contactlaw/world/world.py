@@ -42,10 +42,9 @@ class World(Building):
         timestep: [s] of `step`.
         substeps: Of an impact between few bodies; with 100, the default, psi_2 is right to 5e-4. A damped
             one of two bodies alone that slides slower than mu V has fewer, for the same error.
-        crowd_substeps: Of a damped impact with joints, or in an island of more than `crowd` closed contacts; half as
-            many for a contact that hardly moves. With 20, the default, velocities after a billiard break are right to
-            2e-3 of that of the cue ball, after the step of a leg of rubber to 5e-3 (100: 5e-4); with 10, enough for a
-            heap, to 7e-3. An elastic impact has at least 60.
+        crowd_substeps: Of a damped impact in an island of more than `crowd` closed contacts. With 10, the default,
+            velocities after a billiard break are right to 1e-3 of that of the cue ball (20: 2e-4). An elastic
+            impact has at least 60, a damped one with joints at least 20.
         crowd: Number of closed contacts up to which an island has `substeps`.
         stillness: Share of its overlap that a contact may move in an impact's time and still fall asleep; 0: never.
 

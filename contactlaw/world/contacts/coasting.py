@@ -205,7 +205,7 @@ def end_coasting(w, r):
     c.coasted_from = r.first
     store(c.coasted, (dot(load(r.slide), e), dot(load(r.slide), cross(n, e)), turn_a - turn_b))
     turn_frame(c, n, 0.5 * (turn_a + turn_b))
-    t.overlap, t.closing = r.overlap, r.closing
+    t.overlap, t.closing, c.others = r.overlap, r.closing, NEVER
     store(c.impulse, add(load(c.impulse), load(r.impulse)))
     c.normal_work += r.normal_work
     c.friction_work += r.friction_work - r.moment * (turn_a - turn_b)

@@ -25,13 +25,13 @@ ROUNDING = 1e-12  # twist about the normal that counts as zero, over the rotatio
 
 
 @jit_inline
-def advance_contact(w, c, slot, moved, slide, dt, free):
+def advance_contact(w, c, slot, moved, slide, dt, motion):
     """Update the forces and the torsional moment of the closed contact in a slot for its present overlap.
 
     moved: displacement of A over B in this substep along both tangents [m], and rotation about the normal [rad]; slide:
     their rates [m/s, rad/s]. dt: length of the substep [s]; zero: an implicit step, in which a contact that is not new
-    is taken as persistent. free: closing acceleration by all but this contact [m/s^2], and the number of dampers, as
-    for `hertz.normal_force`. Returns the normal force [N], negative where it has ended as the damper would pull.
+    is taken as persistent. motion: as for `hertz.normal_force`. Returns the normal force [N], negative where it has
+    ended as the damper would pull.
     """
     t, law = c.touch, law_of(w, pair_at(w.pairs, c.pair))
     memory = memory_of(w, slot)
@@ -41,14 +41,14 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
     elif law.speeds != 0.0 and (dt == 0.0 or t.course == LASTING or is_quasi_static(c, 1.0)):
         speeds.read_friction(t, speed_numbers(w, pair_at(w.pairs, c.pair)), sqrt(slide[0] ** 2 + slide[1] ** 2))
     du, dv, angle = moved
-    spun = (angle != 0.0 or c.torsion.span > 0.0) and t.mu > 0.0
+    spun = (angle != 0.0 or c.pending_twist != 0.0 or c.torsion.span > 0.0) and t.mu > 0.0
     if spun:
         c.pending_twist += angle
         if w.twists == TWIST_LATER and t.state != OPEN and t.state != SPUN:
             c.twist_overlap = c.twist_overlap if c.twist_overlap > 0.0 else t.before
             spun = False
     own, numbers = w.memory + 8 * w.memory_size * slot, w.numbers + 8 * pair_at(w.pairs, c.pair).numbers
-    pressed = press(t, law, free[0], dt, free[1])
+    pressed = press(t, law, dt, motion)
     damped = has_dashpot(c)
     if spun and ready(w, SPIN):
         inertia = 0.0
@@ -100,7 +100,7 @@ def advance_from_saved(w, c, slot, moved, slide):
     overlap, before, closing = t.overlap, t.before, t.closing
     restore_law_state(w, slot)
     t.overlap, t.before, t.closing = overlap, before, closing
-    advance_contact(w, c, slot, moved, slide, 0.0, (0.0, 1.0))
+    advance_contact(w, c, slot, moved, slide, 0.0, (0.0, 1.0, 0.0))
     return t.f, t.g, c.torsion.moment
 
 
@@ -121,7 +121,7 @@ def slopes(w, c, slot, moved, slide, stage):
     t.overlap, t.closing = overlap + way, closing + more
     yielding, slid = slide_to_slip(t), sqrt(du * du + dv * dv)
     if c.torsion.span == 0.0 and slid > yielding and slips_fully(t):
-        press(t, law_of(w, pair_at(w.pairs, c.pair)), 0.0, 0.0)
+        press(t, law_of(w, pair_at(w.pairs, c.pair)), 0.0)
         t.overlap, t.closing = overlap, closing
         normal, size = (t.force - force) / way, 1.0 / sqrt(f * f + g * g)
         x, y, across = size * f, size * g, t.friction * force / (slid + yielding)

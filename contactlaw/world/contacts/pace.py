@@ -20,6 +20,7 @@ from contactlaw.world.trees.motion import SUBSTEP_TURN
 FEWER = 4.0  # by which the substeps of a quasi-static contact are divided
 STEADY = 1e-2  # `share` of `force.is_quasi_static` below which substeps need only be stable
 STABLE = 8.0  # substeps of an impact that are enough for stability
+JOINTED = 20.0  # substeps of a damped impact with joints, at least: trees answer to each contact by itself
 ELASTIC = 60.0  # substeps of an elastic impact in a crowd, at least: a column of 20 keeps its energy to 1e-3
 # share of the substeps with which the restitution of a damped impact without slip is right to 8e-5 (measured, e 0.2 to
 # 0.9, 100 substeps)
@@ -133,13 +134,14 @@ def longest_substep(w, c, a, b, substeps, alone=False):
     """
     t = c.touch
     law = law_of(w, pair_at(w.pairs, c.pair))
+    fine = substeps > max(w.crowd_substeps, JOINTED)
     if t.overlap > 0.0 and law.vectors > 0.0 and is_quasi_static(c, STEADY):
         substeps = STABLE  # not with rigid friction, where the contact creeps by the speed gained in a substep
     elif t.overlap > 0.0 and is_quasi_static(c, 1.0):
-        enough = substeps if substeps > w.crowd_substeps else 0.5 * substeps  # the latter in a crowd
+        enough = substeps if fine else max(0.5 * substeps, STABLE)
         substeps = max(substeps / FEWER, min(enough, 20.0))
     longest = oscillation_duration(w, c, a, b)
-    if t.zeta > 0.0 and substeps > w.crowd_substeps:
+    if t.zeta > 0.0 and fine:
         if returns_within_step(w, c, a, b):
             substeps = w.crowd_substeps
         elif alone and t.course == LASTING:
@@ -172,7 +174,9 @@ def substeps_per_impact(w, p, few):
     joints = is_jointed(body_at(w.bodies, p.body_a)) or is_jointed(body_at(w.bodies, p.body_b))
     if few and not (damped and joints):
         return w.substeps
-    return w.crowd_substeps if damped else max(w.crowd_substeps, ELASTIC)
+    if damped:
+        return max(w.crowd_substeps, JOINTED) if joints else w.crowd_substeps
+    return max(w.crowd_substeps, ELASTIC)
 
 
 def is_jointed(b):

@@ -15,6 +15,7 @@ from contactlaw.world.contacts.ends import damped_end, elastic_end, single_end
 from contactlaw.world.contacts.meeting import meet_apart, meet_contact
 from contactlaw.world.contacts.pace import MASS_TURN, radius_where, share_of, update_masses
 from contactlaw.world.contacts.rolling import moment_of, update_rolled
+from contactlaw.world.contacts.springs import SHARE, closing_by_others, press_spring
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, pair_at, shape_at
 from contactlaw.world.data.call import address, call_roll, ready
 from contactlaw.world.data.demand import ROLL
@@ -88,7 +89,7 @@ def begin_contact(w, k, overlap):
     if law.sectors != 0.0 and dot(along, along) > 0.0:
         set_ellipse(c, along, norm(along))
     store(c.force, (0.0, 0.0, 0.0))
-    c.interval, c.closing_acceleration, c.end_weight = 0.0, 0.0, 0.0
+    c.interval, c.closing_acceleration, c.end_weight, c.others = 0.0, 0.0, 0.0, 0.0
     clear_torsion(c.torsion)
     c.pending_twist, c.twist_overlap, c.coasted_from = 0.0, 0.0, 0.0
     c.bend[0], c.bend[1], c.bending[0], c.bending[1] = 0.0, 0.0, 0.0, 0.0
@@ -106,7 +107,7 @@ def begin_contact(w, k, overlap):
     if overlap > TOUCHING * t.radius:
         w.late += 1
         w.latest = max(w.latest, overlap)
-        force.advance_contact(w, c, q.slot, ZERO, ZERO, 0.0, (0.0, 1.0))
+        force.advance_contact(w, c, q.slot, ZERO, ZERO, 0.0, (0.0, 1.0, 0.0))
         store(c.force, scale(t.force, n))
         c.closing_acceleration = -t.force / t.mass
     return True
@@ -270,10 +271,12 @@ def measure(w, c, a, b):
     e = load(c.tangent)
     f = cross(n, e)
     store(c.moved, (dot(moved, e), dot(moved, f), force.twist_of(c, a, b)))
-    if law_of(w, pair_at(w.pairs, c.pair)).rolling != 0.0:
+    law = law_of(w, pair_at(w.pairs, c.pair))
+    if law.rolling != 0.0:
         update_rolled(c, a, b)
     t.before = t.overlap
     t.overlap = overlap - c.initial_overlap
+    press_spring(c, a, b, law.linear != 0.0)
 
 
 @jit_inline
@@ -284,6 +287,7 @@ def advance(w, c, slot, span):
     """
     h, following = span
     t, moved = c.touch, load(c.moved)
+    a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
     before, overlap = t.before, t.overlap
     c.end_weight = 0.0
     law = law_of(w, pair_at(w.pairs, c.pair))
@@ -301,16 +305,15 @@ def advance(w, c, slot, span):
     if c.interval > 0.0:
         c.closing_acceleration = (closing - t.closing) * (2.0 / (h + c.interval))
     else:
-        a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
         c.closing_acceleration = -dot(sub(load(a.acceleration), load(b.acceleration)), load(c.normal)) - own
     t.closing = closing
     opening = t.force == 0.0 and c.interval == 0.0
     total = moved
     if c.coasted_from > 0.0:
         total, t.before, c.coasted_from = add(moved, load(c.coasted)), c.coasted_from, 0.0
-    count = side_by_side(body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b))
-    free = c.closing_acceleration * (1.0 / count) + own, count
-    pressed = force.advance_contact(w, c, slot, total, scale(1.0 / h, moved), h, free)
+    others = closing_by_others(c, a, b)
+    motion = others, side_by_side(a, b), SHARE * h * h * (others - c.spring / t.mass)
+    pressed = force.advance_contact(w, c, slot, total, scale(1.0 / h, moved), h, motion)
     if opening:
         inside = min(overlap / (overlap - min(before, 0.0)), 1.0)
         spacing = max(following, inside * h)  # of the points of the sum that begins here
@@ -321,7 +324,7 @@ def advance(w, c, slot, span):
         c.end_weight = (spacing * (1.0 + end) - 0.5 * (h + following)) / h
     if pressed < 0.0 and own > 0.0:  # the force has ended within the substep
         weight = single_end(max(pushed[0] / (pushed[0] - pressed), SUDDEN), True)
-        apply_force(c, body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b), weight * h)
+        apply_force(c, a, b, weight * h)
         c.normal_work -= weight * pushed[0] * (overlap - before)
         c.friction_work -= weight * (pushed[1] * moved[0] + pushed[2] * moved[1])
     store(c.force, force_of(c))
