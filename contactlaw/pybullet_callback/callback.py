@@ -47,8 +47,8 @@ class ContactCallback:
         fixed_bodies_move: Whether bodies that nothing can push may be moved by the user, or given a velocity, at any
             time. False: they are read when a contact is added or removed and by `look`, which saves more than a
             microsecond a body and step.
-        crowd_substeps: Least number of substeps of a damped impact with joints, or where more than four contacts of an
-            island are closed, >= 10.
+        crowd_substeps: Least number of substeps of a damped impact where more than four contacts of an island are
+            closed, >= 10.
     """
 
     def __init__(
