@@ -56,7 +56,8 @@ def test_a_hundred_elastic_impacts_keep_energy(kind: str, timestep: float) -> No
         edges += some
         assert found >= 100
         assert world.energy.total == pytest.approx(start, rel=1e-3)
-        assert world.arrays.world["late"][0] == 0
+        # a tumbling body flies by parts of 0.1 rad, of which the second order is right: it is off by as much in a step
+        assert world.arrays.world["latest"][0] < 1e-6
         assert kind == "planes" or inside(world, 0.12)
     assert edges > 5 or kind != "capsule on edges"
 

@@ -18,6 +18,7 @@ from contactlaw.laws.slip import stuck_stiffness
 from contactlaw.memory import copy_wholes, set_whole, whole_at
 from contactlaw.world.contacts.force import dashpot_of, has_dashpot, is_quasi_static
 from contactlaw.world.contacts.pace import closing_speed, longest_substep, substeps_per_impact
+from contactlaw.world.contacts.springs import UNKNOWN
 from contactlaw.world.contacts.touch import turn_frame
 from contactlaw.world.data.access import body_at, coasting_at, contact_at, near_at, pair_at
 from contactlaw.world.data.materials import law_of
@@ -205,7 +206,7 @@ def end_coasting(w, r):
     c.coasted_from = r.first
     store(c.coasted, (dot(load(r.slide), e), dot(load(r.slide), cross(n, e)), turn_a - turn_b))
     turn_frame(c, n, 0.5 * (turn_a + turn_b))
-    t.overlap, t.closing, c.others = r.overlap, r.closing, NEVER
+    t.overlap, t.closing, c.others = r.overlap, r.closing, UNKNOWN
     store(c.impulse, add(load(c.impulse), load(r.impulse)))
     c.normal_work += r.normal_work
     c.friction_work += r.friction_work - r.moment * (turn_a - turn_b)

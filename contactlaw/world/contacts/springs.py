@@ -13,10 +13,10 @@ from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import OPEN
 from contactlaw.world.bodies.motion import spin_change
 from contactlaw.world.data.access import body_at, coasting_at
-from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, scale, store, sub
 
 SHARE = 1.0 / 12.0  # of h^2 x''
+UNKNOWN = -1e300  # value of `CONTACT.others` where the substep before has not found it
 
 
 @jit_inline
@@ -77,7 +77,7 @@ def closing_by_others(c, a, b):
         others = c.spring / t.mass - dot(pushes, load(c.normal))
         if c.interval == 0.0:
             out = others
-        elif c.others < NEVER:
+        elif c.others > UNKNOWN:
             out += others - c.others
         c.others = others
     return out

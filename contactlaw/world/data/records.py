@@ -236,6 +236,7 @@ CONTACT = record(
     shape_a="i8", shape_b="i8", body_a="i8", body_b="i8", pair="i8",
     moved=VECTOR,  # displacement of A over B along both tangents [m], and rotation about the normal [rad], last substep
     rolled=VECTOR,  # rotation of A over B about both tangents [rad], last substep; share of the spring's moment kept
+    spring="f8",  # force [N] of its spring where its bodies are
     # rotation about the normal [rad] not yet given to the torsion; overlap [m] when it began, zero: none is pending
     pending_twist="f8", twist_overlap="f8",
     # displacement, as `moved`, while it coasted, not yet given to its law; overlap [m] when that began, zero: none
@@ -243,8 +244,7 @@ CONTACT = record(
     interval="f8",  # [s] length of the last substep
     first_substep="f8",  # [s] of a damped impact of two bodies alone, see `pace.longest_substep`; 0: not known
     initial_overlap="f8",  # [m] overlap that counts as none, as found at first contact, see `touch.begin_contact`
-    # force of its spring where its bodies are [N]; closing acceleration by all else [m/s^2], see `springs`
-    spring="f8", others="f8",
+    others="f8",  # closing acceleration [m/s^2] by loads and springs of other contacts, see `contacts.springs`
     closing_acceleration="f8",  # mean closing acceleration over it [m/s^2]
     end_weight="f8",  # additional weight of the force at the ends of an impact, in substeps, see `contacts.ends`
     normal=VECTOR, tangent=VECTOR, arm_a=VECTOR, arm_b=VECTOR,

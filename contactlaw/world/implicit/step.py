@@ -20,6 +20,7 @@ from contactlaw.jit import jit_module
 from contactlaw.memory import copy_wholes, whole_at
 from contactlaw.world.bodies.motion import settle, spin_change, spin_rate, update_momentum
 from contactlaw.world.contacts.rolling import moment_of
+from contactlaw.world.contacts.springs import UNKNOWN
 from contactlaw.world.contacts.touch import add_work, end_contact, force_of
 from contactlaw.world.data.access import body_at, contact_at, near_at, row_at, tree_at
 from contactlaw.world.data.call import call_with_body
@@ -335,7 +336,7 @@ def finish_contact(w, r, accepted):
         store(c.impulse, add(load(c.impulse), load(r.impulse)))
         store(c.force, force_of(c))
         t.closing = gained / w.step
-        c.interval, c.closing_acceleration, c.end_weight, c.others = w.step, 0.0, 0.0, NEVER
+        c.interval, c.closing_acceleration, c.end_weight, c.others = w.step, 0.0, 0.0, UNKNOWN
         c.deepest = max(c.deepest, t.overlap)
         c.strongest = max(c.strongest, t.force)
         c.duration += w.step
