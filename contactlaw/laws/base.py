@@ -44,7 +44,7 @@ class Law:
     To write a law, in this folder or in a file of your own, subclass `Law` as a frozen dataclass whose fields are
     numbers with defaults; they can be set wherever a law is named, as in "my_law field=value". Its static method
     `force(contact, law, memory, du, dv, dt)`, Python that numba can compile, returns the force along both tangents [N],
-    |F| <= mu P, by `return carried(contact, f, g)`. contact is `record.CONTACT`; law has the fields by name;
+    at most mu P, by `return carried(contact, f, g)`. contact is `record.CONTACT`; law has the fields by name;
     memory[0, i] and memory[1, i] are the components of vector i along the two tangents, zero at the touch; du, dv are
     the displacement of A relative to B over the step [m]; dt is the step [s], or 0 on a quasi-static path. Where the
     defaults, those of Mindlin's spring, do not fit: `stiffness(contact, law)`, stuck [N/m] (infinite: rigid), and

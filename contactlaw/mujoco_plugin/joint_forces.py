@@ -203,7 +203,11 @@ def displacement(head, place):
 
 
 def follow_tendons(head, t, change):
-    """Let a tree have half a step of a change of forces, see `free`; its mass matrix and damping are of the start."""
+    """Let a tree have half a step of a change of forces; its mass matrix and damping are those of the start.
+
+    So springs of tendons act by their mean over the step (velocity Verlet): in bounces without loss they give
+    omega^2 h^2/3 of the energy; forces held from the start would give omega^2 h^2/2 of it in each step.
+    """
     v = vector(t.v, t.v_size)
     solve(t, change)
     for k in range(t.v_size):
