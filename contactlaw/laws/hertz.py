@@ -58,11 +58,15 @@ def normal_force(contact, pair, dt, motion=(0.0, 1.0, 0.0)):
     free, count, deeper = motion
     linear = pair.linear != 0.0
     foreseen = contact.force - contact.elastic
-    contact.elastic = elastic = elastic_force(contact, linear, max(contact.overlap + deeper, 0.5 * contact.overlap))
+    stiffness, deeper = contact.stiffness, max(deeper, -0.5 * contact.overlap)
+    if not linear:
+        stiffness *= sqrt(contact.overlap)
+        deeper *= 1.5  # the first term of the series
+    contact.elastic = elastic = stiffness * (contact.overlap + deeper)
     if contact.zeta == 0.0:
         return elastic, 1.0
     mobility = dt / contact.mass
-    damping = 2.0 * contact.zeta * sqrt(contact.mass * contact.stiffness) if linear else damping_of(contact)
+    damping = contact.zeta * sqrt((4.0 if linear else 5.0) * contact.mass * stiffness)
     closing = contact.closing + 0.5 * (dt * free + (count - 1.0) * mobility * (foreseen + elastic))
     pressed = elastic + damping * closing
     share = 1.0 + 0.5 * count * damping * mobility

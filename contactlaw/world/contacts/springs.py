@@ -30,6 +30,8 @@ def clear_push(b):
 @jit_inline
 def add_push(b, arm, force):
     """Add a spring's force [N] on a body at an arm [m] to those of this substep; arms of round bodies are along it."""
+    if b.inverse_mass == 0.0:
+        return
     store(b.push, axpy(b.inverse_mass, force, load(b.push)))
     if b.oriented != 0:
         store(b.twisting, add(load(b.twisting), spin_change(b, cross(arm, force))))
@@ -38,6 +40,8 @@ def add_push(b, arm, force):
 @jit_inline
 def push_at(b, arm):
     """Return the acceleration [m/s^2] by loads and springs of a body's point at an arm [m]."""
+    if b.inverse_mass == 0.0:
+        return ZERO
     return load(b.push) if b.oriented == 0 else add(load(b.push), cross(load(b.twisting), arm))
 
 
