@@ -330,3 +330,13 @@ def test_each_contact_is_warned_of_though_it_takes_the_room_of_another(client: i
     with pytest.warns(ContactWarning) as caught:
         step(callback, 4)
     assert [str(one.message).split(" and ")[0] for one in caught] == [f"body {one}" for one in balls]
+
+
+def test_a_joint_that_bullet_s_explicit_damping_drives_off_is_an_error(client: int) -> None:
+    """Its speed grew to Bullet's limit; with six such joints a step then took minutes."""
+    arm, floor = paddle(client), plane(client)
+    p.resetBasePositionAndOrientation(arm, [0, 0, 1], [0, 0, 0, 1], client)
+    p.changeDynamics(arm, 0, jointDamping=100.0, physicsClientId=client)
+    callback, _ = in_contact(client, arm, floor, pair_of(), gravity=9.81, link_a=0)
+    with pytest.raises(ValueError, match=r"has brought it to .* rad or m a step; its joints may have more damping"):
+        step(callback, 20)

@@ -384,16 +384,6 @@ def test_contacts_of_joints_are_saved_and_added_before_the_first_step(client: in
     assert callback.ledger(handle).impacts + callback.state(handle).touching > 0
 
 
-def test_a_joint_that_bullet_s_explicit_damping_drives_off_is_an_error(client: int) -> None:
-    """Its speed grew to Bullet's limit; with six such joints a step then took minutes."""
-    arm, floor = paddle(client), plane(client)
-    p.resetBasePositionAndOrientation(arm, [0, 0, 1], [0, 0, 0, 1], client)
-    p.changeDynamics(arm, 0, jointDamping=100.0, physicsClientId=client)
-    callback, _ = in_contact(client, arm, floor, pair_of(), gravity=G, link_a=0)
-    with pytest.raises(ValueError, match=r"has brought it to .* rad or m a step; its joints may have more damping"):
-        step(callback, 20)
-
-
 def test_a_joint_that_carries_no_mass_is_refused_before_the_first_step(client: int) -> None:
     """As those are that loadMJCF puts between the links; the mass of a link that is fixed to it counts."""
     body, floor, callback = arm(client, 1.0, ("REVOLUTE", "FIXED", "REVOLUTE")), plane(client), ContactCallback(client)
