@@ -117,7 +117,7 @@ def test_a_damped_bounce_is_the_same_wherever_in_a_short_step_it_begins(steps: i
 
 
 def test_a_damped_crowd_is_as_right_as_the_docstring_says():
-    """Fifteen balls that a cue ball breaks at 8 m/s, against twenty times the substeps; no contact coasts in an impact,
+    """Fifteen balls that a cue ball breaks at 8 m/s, against 400 substeps; no contact coasts in an impact,
     so that more substeps come closer."""
 
     def broken(substeps: float) -> np.ndarray:
