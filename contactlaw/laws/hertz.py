@@ -14,6 +14,11 @@ HERTZ_DURATION = 2.9432751843247047  # T v/delta_max = 4/5 sqrt(pi) Gamma(2/5)/G
 # (m/k) (pi/T_Hertz)^2/sqrt(delta_max): it depends on neither mass nor speed
 LINEAR_STIFFNESS = 0.8 * (3.141592653589793 / HERTZ_DURATION) ** 2
 
+BY_ITSELF = 0.0, 1.0, 0.0  # `motion` of `normal_force` where nothing else pushes on the bodies
+# Share of the overlap that the spring has at least where neighbours pull the bodies apart at the touch: its force, by
+# which `ratio` divides, stays positive
+LEAST_DEPTH = 0.5
+
 
 def hertz_stiffness(pair):
     """k = 4/3 E* sqrt(R) [N/m^1.5]. pair: `record.PAIR`, or `record.CONTACT`, whose radius may differ."""
@@ -36,12 +41,12 @@ def elastic_force(contact, linear, overlap):
     return contact.stiffness * overlap if linear else contact.stiffness * overlap * sqrt(overlap)
 
 
-def damping_of(contact):
-    """Damping coefficient [N s/m] of the damper on Hertz's spring."""
-    return sqrt(5.0 * contact.mass * contact.stiffness * sqrt(contact.overlap)) * contact.zeta
+def damping_of(contact, linear, stiffness):
+    """Damping coefficient [N s/m] of the damper on a spring whose force over its overlap is this stiffness [N/m]."""
+    return contact.zeta * sqrt((4.0 if linear else 5.0) * contact.mass * stiffness)
 
 
-def normal_force(contact, pair, dt, motion=(0.0, 1.0, 0.0)):
+def normal_force(contact, pair, dt, motion=BY_ITSELF):
     """Normal force [N] and its ratio to the elastic one; both are negative where the damper would pull.
 
     The closing speed is that of half a step before the overlap was reached (leapfrog). The damper acts on the speed at
@@ -58,7 +63,7 @@ def normal_force(contact, pair, dt, motion=(0.0, 1.0, 0.0)):
     free, count, deeper = motion
     linear = pair.linear != 0.0
     foreseen = contact.force - contact.elastic
-    stiffness, deeper = contact.stiffness, max(deeper, -0.5 * contact.overlap)
+    stiffness, deeper = contact.stiffness, max(deeper, (LEAST_DEPTH - 1.0) * contact.overlap)
     if not linear:
         stiffness *= sqrt(contact.overlap)
         deeper *= 1.5  # the first term of the series
@@ -66,7 +71,7 @@ def normal_force(contact, pair, dt, motion=(0.0, 1.0, 0.0)):
     if contact.zeta == 0.0:
         return elastic, 1.0
     mobility = dt / contact.mass
-    damping = contact.zeta * sqrt((4.0 if linear else 5.0) * contact.mass * stiffness)
+    damping = damping_of(contact, linear, stiffness)
     closing = contact.closing + 0.5 * (dt * free + (count - 1.0) * mobility * (foreseen + elastic))
     pressed = elastic + damping * closing
     share = 1.0 + 0.5 * count * damping * mobility

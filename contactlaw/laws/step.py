@@ -1,7 +1,7 @@
 """One contact over one step: first its normal force, then the law's tangential force."""
 
 from contactlaw.jit import jit_inline, jit_module
-from contactlaw.laws.hertz import greatest_overlap, hertz_stiffness, normal_force, stiffness_foreseen
+from contactlaw.laws.hertz import BY_ITSELF, greatest_overlap, hertz_stiffness, normal_force, stiffness_foreseen
 from contactlaw.laws.oscillator import restitution
 from contactlaw.laws.record import EXPANDING, LASTING, OPEN, PRESSED, SLIDING, SPRUNG, SPUN, ask_force
 
@@ -51,7 +51,7 @@ def ask(contact, pair, law, memory, du, dv, dt):
         contact.state = SPRUNG
 
 
-def press(contact, pair, dt, motion=(0.0, 1.0, 0.0)):
+def press(contact, pair, dt, motion=BY_ITSELF):
     """Update the normal force and the course of a contact for its present overlap > 0; return `hertz.normal_force`.
 
     contact: `record.CONTACT` after `reset`, with overlap, before and closing of this step, and mass and tangential_mass

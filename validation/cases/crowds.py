@@ -53,7 +53,6 @@ class Crowds(Case):
         ]  # fmt: skip
 
         heaps = [(f"heap of {count}", asked, count, seconds, {}) for count, (asked, seconds) in DROPS.items()]
-        heaps += [("heap of 216 by ten substeps an impact", 2.0, 216, DROPS[216][1], {"crowd": 10})]
         heaps += [("heap of 64 in a wide box", 2.0, 64, WIDE[1], {"pitch": WIDE[0]})]
         heaps += [(name, asked, 64, seconds, {"o": SimpleNamespace(**(vars(heap.DEFAULT) | made))})
                   for name, (asked, seconds, made) in OTHERS.items()]  # fmt: skip

@@ -116,7 +116,7 @@ def begin_coasting(w, k, r, h, longest):
     r.start_a, r.start_b = dot(load(a.pending_turn), n), dot(load(b.pending_turn), n)
     r.first = r.overlap = t.overlap
     r.closing, r.force = t.closing, t.force
-    r.stiffness, r.damping = hertz_stiffness(t), damping_of(t)
+    r.stiffness, r.damping = hertz_stiffness(t), damping_of(t, False, t.stiffness * sqrt(t.overlap))
     r.share = 1.0 / (1.0 + 0.5 * r.damping * h / t.mass)
     r.spring, r.drag, r.friction = stuck_stiffness(t), 0.0, t.friction
     side = cross(n, e)
@@ -206,7 +206,7 @@ def end_coasting(w, r):
     c.coasted_from = r.first
     store(c.coasted, (dot(load(r.slide), e), dot(load(r.slide), cross(n, e)), turn_a - turn_b))
     turn_frame(c, n, 0.5 * (turn_a + turn_b))
-    t.overlap, t.closing, c.others = r.overlap, r.closing, UNKNOWN
+    t.overlap, t.closing, c.neighbours = r.overlap, r.closing, UNKNOWN
     store(c.impulse, add(load(c.impulse), load(r.impulse)))
     c.normal_work += r.normal_work
     c.friction_work += r.friction_work - r.moment * (turn_a - turn_b)

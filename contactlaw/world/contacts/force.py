@@ -4,7 +4,7 @@ from math import isfinite, sqrt
 
 from contactlaw.jit import jit_inline, jit_module
 from contactlaw.laws import rolling, speeds, torsion
-from contactlaw.laws.hertz import elastic_force
+from contactlaw.laws.hertz import BY_ITSELF, elastic_force
 from contactlaw.laws.record import LASTING, OPEN, PAIR_SIZE, SPUN, ask_energy, ask_stiffness
 from contactlaw.laws.slip import AT_LIMIT, stuck_stiffness
 from contactlaw.laws.step import ask, press
@@ -100,7 +100,7 @@ def advance_from_saved(w, c, slot, moved, slide):
     overlap, before, closing = t.overlap, t.before, t.closing
     restore_law_state(w, slot)
     t.overlap, t.before, t.closing = overlap, before, closing
-    advance_contact(w, c, slot, moved, slide, 0.0, (0.0, 1.0, 0.0))
+    advance_contact(w, c, slot, moved, slide, 0.0, BY_ITSELF)
     return t.f, t.g, c.torsion.moment
 
 

@@ -130,7 +130,7 @@ def longest_substep(w, c, a, b, substeps, alone=False):
     """Return the longest substep [s] for a closed contact.
 
     substeps: number of them in an impact. alone: whether no other pair of the island can touch in this window; what
-    contacts do to each other needs all substeps.
+    contacts do to each other needs all substeps. Notes `first_substep` of a contact that is looked at alone.
     """
     t = c.touch
     law = law_of(w, pair_at(w.pairs, c.pair))

@@ -16,7 +16,7 @@ from contactlaw.world.data.access import body_at, coasting_at
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, scale, store, sub
 
 SHARE = 1.0 / 12.0  # of h^2 x''
-UNKNOWN = -1e300  # value of `CONTACT.others` where the substep before has not found it
+UNKNOWN = -1e300  # value of `CONTACT.neighbours` where the substep before has not found it
 
 
 @jit_inline
@@ -78,12 +78,12 @@ def closing_by_others(c, a, b):
     out = c.closing_acceleration + t.force / t.mass
     if a.tree == 0 and b.tree == 0:
         pushes = sub(push_at(a, load(c.arm_a)), push_at(b, load(c.arm_b)))
-        others = c.spring / t.mass - dot(pushes, load(c.normal))
+        springs = c.spring / t.mass - dot(pushes, load(c.normal))
         if c.interval == 0.0:
-            out = others
-        elif c.others > UNKNOWN:
-            out += others - c.others
-        c.others = others
+            out = springs
+        elif c.neighbours > UNKNOWN:
+            out += springs - c.neighbours
+        c.neighbours = springs
     return out
 
 

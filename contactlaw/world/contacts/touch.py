@@ -3,7 +3,7 @@
 from contactlaw.jit import jit_inline, jit_module
 from contactlaw.laws import speeds
 from contactlaw.laws.ellipse import share_along
-from contactlaw.laws.hertz import greatest_overlap, hertz_stiffness
+from contactlaw.laws.hertz import BY_ITSELF, greatest_overlap, hertz_stiffness
 from contactlaw.laws.record import OPEN
 from contactlaw.laws.step import reset
 from contactlaw.laws.torsion import RINGS
@@ -89,7 +89,7 @@ def begin_contact(w, k, overlap):
     if law.sectors != 0.0 and dot(along, along) > 0.0:
         set_ellipse(c, along, norm(along))
     store(c.force, (0.0, 0.0, 0.0))
-    c.interval, c.closing_acceleration, c.end_weight, c.others = 0.0, 0.0, 0.0, 0.0
+    c.interval, c.closing_acceleration, c.end_weight, c.neighbours = 0.0, 0.0, 0.0, 0.0
     clear_torsion(c.torsion)
     c.pending_twist, c.twist_overlap, c.coasted_from = 0.0, 0.0, 0.0
     c.bend[0], c.bend[1], c.bending[0], c.bending[1] = 0.0, 0.0, 0.0, 0.0
@@ -107,7 +107,7 @@ def begin_contact(w, k, overlap):
     if overlap > TOUCHING * t.radius:
         w.late += 1
         w.latest = max(w.latest, overlap)
-        force.advance_contact(w, c, q.slot, ZERO, ZERO, 0.0, (0.0, 1.0, 0.0))
+        force.advance_contact(w, c, q.slot, ZERO, ZERO, 0.0, BY_ITSELF)
         store(c.force, scale(t.force, n))
         c.closing_acceleration = -t.force / t.mass
     return True
@@ -340,12 +340,7 @@ def advance(w, c, slot, span):
 
 @jit_inline
 def side_by_side(a, b):
-    """Return how many closed contacts one of two bodies has, at most.
-
-    A damper is solved implicitly for the speed that its own force leaves. If n dampers act on one mass and each is
-    solved as if it were alone, they overshoot together once n of them are too strong for the substep, and oscillate
-    from substep to substep. So each is solved with an n-th of the mass.
-    """
+    """Return how many closed contacts one of two bodies has, at most: the dampers of `hertz.normal_force`."""
     return max(max(a.pressing if a.still == 0 else 1, b.pressing if b.still == 0 else 1), 1)
 
 

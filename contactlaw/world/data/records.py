@@ -244,7 +244,7 @@ CONTACT = record(
     interval="f8",  # [s] length of the last substep
     first_substep="f8",  # [s] of a damped impact of two bodies alone, see `pace.longest_substep`; 0: not known
     initial_overlap="f8",  # [m] overlap that counts as none, as found at first contact, see `touch.begin_contact`
-    others="f8",  # closing acceleration [m/s^2] by loads and springs of other contacts, see `contacts.springs`
+    neighbours="f8",  # closing acceleration [m/s^2] by loads and springs of other contacts, see `contacts.springs`
     closing_acceleration="f8",  # mean closing acceleration over it [m/s^2]
     end_weight="f8",  # additional weight of the force at the ends of an impact, in substeps, see `contacts.ends`
     normal=VECTOR, tangent=VECTOR, arm_a=VECTOR, arm_b=VECTOR,

@@ -12,6 +12,7 @@ and likewise with the moments of contacts.
 from math import sqrt
 
 from contactlaw.jit import jit_module
+from contactlaw.laws.hertz import BY_ITSELF
 from contactlaw.laws.rolling import stiffness
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import angular_momentum, velocity_at
@@ -142,7 +143,7 @@ def evaluate_contact(w, r, stage, again):
     if t.overlap <= 0.0:  # opened by this iteration, so not converged unless it hardly moves
         t.force, t.f, t.g = 0.0, 0.0, 0.0
         return along > rounding - CONVERGED * t.overlap, NEVER
-    advance_contact(w, c, r.slot, load(c.moved), slide, 0.0, (0.0, 1.0, 0.0))
+    advance_contact(w, c, r.slot, load(c.moved), slide, 0.0, BY_ITSELF)
     if law_of(w, pair_at(w.pairs, c.pair)).rolling != 0.0:
         advance_rolling(w, c, (dot(turning, e), dot(turning, f)))
     impulse, moment = scale(stage, force_of(c)), scale(stage, moment_of(c))

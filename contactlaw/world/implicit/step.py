@@ -336,7 +336,7 @@ def finish_contact(w, r, accepted):
         store(c.impulse, add(load(c.impulse), load(r.impulse)))
         store(c.force, force_of(c))
         t.closing = gained / w.step
-        c.interval, c.closing_acceleration, c.end_weight, c.others = w.step, 0.0, 0.0, UNKNOWN
+        c.interval, c.closing_acceleration, c.end_weight, c.neighbours = w.step, 0.0, 0.0, UNKNOWN
         c.deepest = max(c.deepest, t.overlap)
         c.strongest = max(c.strongest, t.force)
         c.duration += w.step
