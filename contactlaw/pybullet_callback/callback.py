@@ -217,15 +217,13 @@ class ContactCallback:
         if (count := p.getNumBodies(self._client)) != self._body_count or self._tags.first() != self._tags.text:
             self._tags.check()
             self._body_count = count
-        if self._made and self._made.bodies.outdated:
-            self.look()
-        scene = self._scene
+        scene = self._made or self._scene
         try:
             flags = scene.bodies.take_step()
         except p.error:  # its message does not name the body
             self._tags.check()
             raise
-        if flags & LISTED and scene.bodies.near_masses_changed():
+        if scene.bodies.outdated or (flags & LISTED and scene.bodies.near_masses_changed()):
             self.look()
         if flags & NOTED:
             for text in scene.new_warnings():

@@ -19,7 +19,7 @@ from contactlaw.world.near.guards import any_guard_exceeded, surface_speed
 from contactlaw.world.near.listing import list_near, may_leave_margin
 from contactlaw.world.readout import doubts_of
 from contactlaw.world.shapes.geometry import meet
-from contactlaw.world.sleep import is_at_rest, is_disturbed
+from contactlaw.world.sleep import is_at_rest
 from contactlaw.world.step import FIND_PRESSED, GROWING_ROOM
 
 UNDOING = 20  # iterations for the spin before a step of Bullet; each reduces the error by the turn in that step
@@ -38,12 +38,12 @@ def begin_step(block):
         return found
     if head.simple == 0 or w.spares < w.contact_room or w.step != head.dt:
         return select_pushed(block)
-    for k in range(head.count):
+    for k in range(head.singles):
         b = body_at(w.bodies, k + 1)
         b.still = 1 if motion.is_static(b) else 0
     if not all_pass(head, w):
         return select_pushed(block)
-    for k in range(head.count):
+    for k in range(head.singles):
         r = rows.row_at(head.rows, k)
         r.left = r.before
     return rows.PASSED
@@ -52,16 +52,14 @@ def begin_step(block):
 def read_bodies(head, w):
     """Give the world's bodies the poses and velocities that were read; return 0, PLACED or NOT_FINITE."""
     head.refreshed, placed, moved = 0, 0, False
-    for k in range(head.count):
+    for k in range(head.singles):
         r = rows.row_at(head.rows, k)
+        r.before = rows.motion_at(head.motions, k)
         if not rows.finite(r.before):
             head.bad = k
             return rows.NOT_FINITE
-    for k in range(head.count):
-        r = rows.row_at(head.rows, k)
-        if r.in_tree != 0:
-            continue
-        b = body_at(w.bodies, k + 1)
+    for k in range(head.singles):
+        r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
         store(b.acceleration, load(head.gravity) if r.mass > 0.0 else (0.0, 0.0, 0.0))
         store(b.torque, (0.0, 0.0, 0.0))
         r.placed = 0
@@ -100,7 +98,7 @@ def all_pass(head, w):
     Lists near pairs anew if need be.
     """
     ahead = 2.0 * head.dt
-    for k in range(head.count):
+    for k in range(head.singles):
         b = body_at(w.bodies, k + 1)
         if b.still == 0 and rows.tumbles(b, head.dt):
             return False
@@ -132,10 +130,13 @@ def has_flown(block):
     head = rows.head_at(block, 0)
     w, dt = world_at(head.world, 0), head.dt
     fall = scale(dt * dt, load(head.gravity))
-    for k in range(head.count):
+    for k in range(head.singles):
         r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
         if r.mass == 0.0:
             continue
+        pose = rows.pose_at(head.poses, k)
+        store(r.after.position, load(pose.position))
+        store4(r.after.quaternion, load4(pose.quaternion))
         x, old, way = load(r.after.position), load(r.left.position), scale(dt, load(r.left.velocity))
         off = norm(sub(sub(x, old), add(way, fall)))
         if not off <= 2.0 * norm(fall) + rows.EXACT * (norm(x) + norm(way)):
@@ -143,7 +144,7 @@ def has_flown(block):
         turn = scale(dt, load(r.left.spin))
         if b.oriented != 0 and not norm(sub(twist_of(r), turn)) <= 0.5 * norm(turn) + rows.EXACT:
             return rows.STRAYED
-    for k in range(head.count):
+    for k in range(head.singles):
         r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
         if r.mass == 0.0:
             continue
@@ -171,16 +172,16 @@ def rotation_between(new, old):
 
 
 def rewind(block):
-    """After STRAYED, and reading of all bodies into `before`: set bodies that Bullet moves back to before its step.
+    """After STRAYED, and reading of all bodies: set the readings of those that Bullet moves back to before its step.
 
     Where they were left, if the velocities after the step lead from there to the poses after it; else the user has put
     them elsewhere, and Bullet's step is undone. What changed a velocity counts as if it had done so before the step.
     """
     head = rows.head_at(block, 0)
     w = world_at(head.world, 0)
-    for k in range(head.count):
+    for k in range(head.singles):
         r = rows.row_at(head.rows, k)
-        m, old = r.before, r.left
+        m, old = rows.motion_at(head.motions, k), r.left
         if r.mass == 0.0:
             continue
         x, way = load(m.position), scale(head.dt, load(m.velocity))
@@ -212,7 +213,7 @@ def find_pressed(block):
         r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
         if r.placed != 0 and b.pressed != 0:
             r.pressed = 1
-            if r.in_tree == 0:
+            if k < head.singles:
                 rows.set_body(r, b, head.dt)
 
 
@@ -220,9 +221,9 @@ def select_pushed(block):
     """Select the bodies to be pushed with the force of the contacts in the last step; return how many."""
     head = rows.head_at(block, 0)
     head.selected_count = 0
-    for k in range(head.count):
+    for k in range(head.singles):
         r = rows.row_at(head.rows, k)
-        if r.in_tree != 0 or r.mass == 0.0:
+        if r.mass == 0.0:
             continue
         if r.pressed == 0 or r.placed != 0:
             store(r.force, (0.0, 0.0, 0.0))
@@ -235,23 +236,27 @@ def select_pushed(block):
 def read_accelerations(head, w):
     """After Bullet's step: find the accelerations that it gave to bodies besides the push of the contacts.
 
-    Where that is gravity alone, it is set to gravity, to the bit. Returns how many bodies had others; -1: not finite. A
-    body in free fall shows that time step and gravity are the known ones; where all bodies sleep, neither matters.
+    Where that is gravity alone, it is set to gravity, to the bit. Returns how many bodies that were pushed had others;
+    -1: not finite.
     """
-    others, falls, sleep = 0, False, head.simple != 0
-    dt, gravity = head.dt, load(head.gravity)
-    for k in range(head.count):
+    others, dt, gravity = 0, head.dt, load(head.gravity)
+    for k in range(head.singles):
         r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
         r.disturbed = 0
-        if r.mass == 0.0 or r.in_tree != 0:
+        if r.mass == 0.0:
             continue
+        read = rows.twist_at(head.velocities, k)
+        store(r.after.velocity, load(read.velocity))
+        store(r.after.spin, load(read.spin))
         v, old = load(r.after.velocity), load(r.before.velocity)
         u, older = load(r.after.spin), load(r.before.spin)
         if not isfinite(dot(v, v) + dot(u, u)):
             head.bad = k
             return -1
-        sleep = sleep and b.asleep != 0 and not is_disturbed(b)
-        falls = falls or (r.pressed == 0 and b.asleep == 0 and norm(gravity) > 0.0)
+        position, turn = rows.flown(r, dt)
+        store(r.after.position, position)
+        q = r.after.quaternion
+        q[3], q[0], q[1], q[2] = turn
         gained = sub(sub(v, old), scale(dt, axpy(1.0 / r.mass, load(r.force), gravity)))
         speeds = norm(v) + norm(old) + dt * (norm(gravity) + norm(load(r.force)) / r.mass)
         store(b.acceleration, gravity)
@@ -261,20 +266,14 @@ def read_accelerations(head, w):
         store(b.torque, (0.0, 0.0, 0.0))
         no_force, no_torque = norm(gained) <= rows.EXACT * speeds, norm(twist) <= rows.EXACT * spins
         if no_force and no_torque:
-            if head.refreshed == 0:
-                store(r.after.position, axpy(dt, v, load(r.before.position)))
-                store4(
-                    r.after.quaternion, load4(r.before.quaternion)
-                )  # right for sleeping bodies, the only ones it is used for
             continue
-        others += 1
         r.disturbed = 2 if r.pressed != 0 else 1
+        others += r.disturbed - 1
         if not no_force:
             store(b.acceleration, axpy(1.0 / dt, gained, gravity))
         if not no_torque:
             store(b.torque, rows.torque_for(r, b, scale(1.0 / dt, twist)))
         rows.set_body(r, b, dt)
-    head.unknown = 0 if others == 0 and (sleep or falls) else 1
     return others
 
 
@@ -282,17 +281,16 @@ def finish_step(block):
     """After Bullet's step: take that of the world and select the bodies to be written; return as `write_bodies`.
 
     Other results: ASLEEP: all bodies go on sleeping, and nothing else. NOT_FINITE. NO_ROOM: the world may need more
-    room. UNKNOWN: time step and gravity must be read.
-    OTHERS: these, the poses of bodies that something else moved, and the masses of those of them that were pushed.
+    room. PUSHED_OTHERWISE: masses must be read of bodies that were pushed and moved by something else too.
     """
     head = rows.head_at(block, 0)
     w = world_at(head.world, 0)
     others = read_accelerations(head, w)
     if others < 0:
         return rows.NOT_FINITE
-    if (others > 0 or head.unknown != 0) and head.refreshed == 0:
+    if others > 0 and head.refreshed == 0:
         head.refreshed = 1
-        return rows.OTHERS if others > 0 else rows.UNKNOWN
+        return rows.PUSHED_OTHERWISE
     if not (ready(w, STEP) and call_step(address(w, STEP), w, head.dt, GROWING_ROOM)):
         return rows.NO_ROOM
     keep_tumbling(head, w)
@@ -303,9 +301,9 @@ def finish_step(block):
 
 def keep_tumbling(head, w):
     """Mark bodies in free flight that Bullet would turn wrong as touched, so that they end it as in the world."""
-    for k in range(head.count):
+    for k in range(head.singles):
         r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
-        free = r.mass > 0.0 and r.in_tree == 0 and r.disturbed == 0 and b.asleep == 0
+        free = r.mass > 0.0 and r.disturbed == 0 and b.asleep == 0
         if free and rows.tumbles(b, head.dt):
             b.touched = 1
 
@@ -316,8 +314,8 @@ def end_near(head, w):
         p = near_at(w.near, k)
         for i in (p.body_a, p.body_b):
             if i > 0 and may_follow(body_at(w.bodies, i)):
-                position, turn = rows.flown(rows.row_at(head.rows, i - 1), head.dt)
-                follow(w, i, position, turn)
+                m = rows.row_at(head.rows, i - 1).after
+                follow(w, i, load(m.position), rows.quaternion_of(m))
     part(w)
 
 
@@ -328,10 +326,8 @@ def write_bodies(head, w):
     """
     head.selected_count = 0
     flags = check_contacts(head, w)
-    for k in range(head.count):
+    for k in range(head.singles):
         r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
-        if r.in_tree != 0:
-            continue
         if b.touched != 0 and r.mass > 0.0:
             write_touched(head, k, r, b)
         elif b.asleep != 0 or r.mass == 0.0:

@@ -10,8 +10,8 @@ of change each reading and writing would raise the energy of what tumbles by the
 Bullet steps first, with the force of the contacts in the step before as a push on what is pressed. Then the world takes
 the same step with the accelerations that Bullet's step had besides that push, and pose and velocity of what contacts
 have touched, or what tumbles in free flight, are written to PyBullet (`write_bodies`). The accelerations follow from
-the change of velocity. If that is not due to gravity and the push alone, Python is asked to read the pose too, and the
-mass of a body that was pushed.
+the change of velocity. If that of a body that was pushed is not due to gravity and the push alone, Python is asked to
+read its mass. Where Bullet's step has taken a body follows from its velocity after it (`flown`).
 """
 
 from math import cos, isfinite, pi, sin
@@ -25,28 +25,31 @@ from contactlaw.world.data.quaternion import product, store4, unit
 from contactlaw.world.data.records import VECTOR
 from contactlaw.world.data.vec import axpy, load, norm, scale, store, to_body, to_world
 
-MOTION = record(position=VECTOR, quaternion=("f8", (4,)), velocity=VECTOR, spin=VECTOR)
+POSE, TWIST = {"position": VECTOR, "quaternion": ("f8", (4,))}, {"velocity": VECTOR, "spin": VECTOR}
+MOTION = record(**POSE, **TWIST)
 """Pose and velocity as PyBullet gives them, quaternion scalar last."""
 
 ROW = record(
-    before=MOTION, after=MOTION,  # as read before and after Bullet's step
+    before=MOTION, after=MOTION,  # before and after Bullet's step
     left=MOTION,  # as the last call left it in PyBullet; at the start of a step that `begin_step` has PASSED
     mass="f8", inertia=VECTOR,  # zero mass: nothing can move it
-    in_tree="i8",  # part of a body with joints, see `trees`
     force=VECTOR, torque=VECTOR,  # mean force [N] and torque [N m] of contacts over the last step
     pressed="i8", was_pressed="i8",  # a contact was closed at its end, and at its start
     usual=VECTOR, wrench=VECTOR,  # acceleration, torque besides gravity and contacts in the last step that touched
     placed="i8",  # the user has moved it since
     disturbed="i8",  # Bullet's step moved it not by gravity and the push alone; 2: it was pushed
 )  # fmt: skip
-"""A body of the world in PyBullet."""
+"""A body of the world in PyBullet; of the parts of bodies with joints, see `trees`, only `pressed` and `placed` count.
+
+First come bodies without joints, of these first those that have a mass.
+"""
 
 HEAD = record(
-    world="u8", rows="u8", count="i8",
+    world="u8", rows="u8", count="i8", singles="i8",  # rows of all bodies, and of those without joints
+    motions="u8", poses="u8", velocities="u8",  # of those: as read before Bullet's step, and what was read after it
     dt="f8", gravity=VECTOR,
     simple="i8",  # no body has joints, no shape must be measured
-    refreshed="i8",  # the readings that OTHERS or UNKNOWN asked for have been made in this step
-    unknown="i8",  # no body has shown that the known time step and gravity are the present ones
+    refreshed="i8",  # the masses that PUSHED_OTHERWISE asked for have been read in this step
     lists="i8",  # number of lists of near pairs made so far
     bad="i8",  # row with numbers that are not finite
     selected="u8", selected_count="i8",  # rows of bodies that Python must push or put elsewhere
@@ -59,11 +62,14 @@ MOST_TURN = 0.25 * pi  # [rad] in a step of Bullet
 MOST_TUMBLE = 1e-4
 EXACT = 1e-12  # relative difference that counts as rounding
 NOTED, LISTED, ASLEEP, FLAGS = 1, 2, 4, 8  # bits of `check_contacts`, and the first free one: see there
-NOT_FINITE, NO_ROOM, OTHERS, UNKNOWN = -1, -2, -3, -4  # of `finish_step`
+NOT_FINITE, NO_ROOM, PUSHED_OTHERWISE = -1, -2, -3  # of `finish_step`
 PASSED, PLACED, STRAYED = -2, -3, -4  # of `begin_step` and `has_flown`
 
 head_at: Any = element(HEAD)
 row_at: Any = element(ROW)
+motion_at: Any = element(MOTION)
+pose_at: Any = element(record(**POSE))
+twist_at: Any = element(record(**TWIST))
 
 
 def finite(m):

@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pybullet as p
 
-from contactlaw.pybullet_callback.bodies import Bodies
+from contactlaw.pybullet_callback.bodies import Bodies, mass_of
 from contactlaw.pybullet_callback.contact import Contact, ContactState
-from contactlaw.pybullet_callback.shapes import Key, Measured, Side, bodies_of, can_move
+from contactlaw.pybullet_callback.shapes import Key, Measured, Side, can_move
 from contactlaw.pybullet_callback.trees import Tree
 from contactlaw.world import World
 from contactlaw.world.arrays import with_contacts_of
@@ -51,14 +51,20 @@ class Scene:
         self.world = World(gravity=0.0, substeps=most, crowd_substeps=crowd_substeps)
         self.shapes: dict[Key, list[int]] = {}
         self._side_of: dict[int, Key] = {}
-        self._row: dict[Key, int] = {}
-        bodies: list[Key] = []
-        trees: dict[int, Tree] = {}
-        there = bodies_of(client)
-        given = [one for one in contacts.values() if one.rounding is not None]
-        self._roundings = {key: one.rounding for one in given for key in one.sides}
+        jointed = [body for body in dict.fromkeys(key[0] for key in order) if p.getNumJoints(body, client)]
+        trees = {body: Tree(client, body) for body in jointed if can_move(client, body)}
+        places = {
+            key: trees[key[0]].place_of(key[1]) for key in order if key[0] in trees and key[1] in trees[key[0]].links
+        }
+        bodies = sorted((key for key in order if key not in places), key=lambda key: mass_of(key, client)[0] == 0.0)
+        self._row = {key: self.world.add_body(np.inf, 1.0) for key in bodies}
+        for tree in trees.values():
+            bodies += tree.add_to(self.world)
+        self._row |= {key: trees[key[0]].first + member for key, (member, _) in places.items()}
+        roundings = {key: one.rounding for one in contacts.values() if one.rounding is not None for key in one.sides}
         for key in order:
-            self._add_side(sides[key], bodies, trees, there)
+            pose = places[key][1] if key in places else IDENTITY
+            self._note_shapes(key, sides[key].add_to(self.world, self._row[key], pose, roundings.get(key)))
         measured: list[Measured] = []
         for number, contact in enumerate(contacts.values()):
             self._let_touch(number, contact, measured)
@@ -69,22 +75,6 @@ class Scene:
         self.bodies = Bodies(client, self.world, bodies, list(trees.values()), measured, moves, check)
         if old:
             self._take_over(old)
-
-    def _add_side(self, side: Side, bodies: list[Key], trees: dict[int, Tree], there: set[int]) -> None:
-        """Add a shape to the world, and its body unless it is there."""
-        pose, row = IDENTITY, -1
-        if side.body in there and p.getNumJoints(side.body, self._client) and can_move(self._client, side.body):
-            if side.body not in trees:
-                trees[side.body] = Tree(self._client, side.body)
-                bodies += trees[side.body].add_to(self.world)
-            if side.link in trees[side.body].links:
-                member, pose = trees[side.body].place_of(side.link)
-                row = trees[side.body].first + member
-        if row < 0:
-            row = self.world.add_body(np.inf, 1.0)
-            bodies.append(side.key)
-        self._row[side.key] = row
-        self._note_shapes(side.key, side.add_to(self.world, row, pose, self._roundings.get(side.key)))
 
     def _note_shapes(self, key: Key, shapes: list[int]) -> None:
         self.shapes.setdefault(key, []).extend(shapes)
@@ -191,7 +181,7 @@ class Scene:
             numbers.update(zip(shapes, self.shapes[key], strict=False))
             i, j = self._row[key], old._row[key]
             row, was = self.bodies.rows[i], old.bodies.rows[j]
-            if not row["in_tree"]:
+            if i < self.bodies.singles:
                 mass, inertia = row["mass"], row["inertia"].copy()
                 same = mass == was["mass"] and (inertia == was["inertia"]).all()
                 self.bodies.rows[i] = was

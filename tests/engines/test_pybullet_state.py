@@ -90,7 +90,7 @@ def test_what_stands_on_a_body_that_is_taken_away_falls(client: int, link: int) 
     p.setGravity(0, 0, -G, client)
     step(callback, 500)
     assert p.getBaseVelocity(body, client)[0] == (0.0, 0.0, 0.0)
-    assert callback._scene.bodies._sleep
+    assert callback._scene.bodies.arrays.bodies["asleep"][1:].any()
     down = p.getBasePositionAndOrientation(plate, client)[0][2] - 1.0
     p.resetBasePositionAndOrientation(plate, [0, 0, down], [0, 0, 0, 1], client)
     step(callback, 24)
@@ -139,3 +139,22 @@ def test_a_place_given_by_the_user_stays(client: int) -> None:
     p.resetBaseVelocity(body, [0, 0, 0], [0, 0, 0], client)
     step(callback, 3)
     assert p.getBasePositionAndOrientation(body, client)[0][2] == 5.0
+
+
+@pytest.mark.parametrize("others", [False, True], ids=["alone", "beside one that sleeps on"])
+def test_what_sleeps_is_pushed_no_longer_once_it_is_thrown(client: int, others: bool) -> None:
+    """It flies on the parabola of its throw: the push that carried it while it slept ends with the contact."""
+    dt, speed = 1e-3, 0.3
+    floor, body = plane(client), ball(client, [0, 0, RADIUS + 1e-4])
+    bodies = [body, ball(client, [0.5, 0, RADIUS + 1e-4])] if others else [body]
+    callback, _ = in_contact(client, bodies, floor, pair_of(restitution=0.5), dt=dt, gravity=G)
+    step(callback, 400)
+    height = p.getBasePositionAndOrientation(body, client)[0][2]
+    assert p.getBaseVelocity(body, client) == ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    p.resetBaseVelocity(body, [0, 0, speed], physicsClientId=client)
+    for number in range(1, 21):
+        step(callback)
+        t = number * dt
+        place = p.getBasePositionAndOrientation(body, client)[0][2]
+        assert place == pytest.approx(height + speed * t - 0.5 * G * t**2, abs=1e-5)
+    assert velocities(client, body)[0][2] == pytest.approx(speed - G * (t - 0.5 * dt), abs=1e-3)
