@@ -91,7 +91,7 @@ class Bodies:
         for name, array in (("world", self._state), ("rows", self.rows), ("selected", self._selected)):
             self._head[name] = array.ctypes.data
         for one in self.trees:
-            one.bind(self.arrays)
+            one.bind(self.arrays, self.rows)
         self._flies = self._sleeps = False
 
     def read_masses(self, these: Iterable[int]) -> None:
@@ -148,7 +148,7 @@ class Bodies:
         if done >= rows.FLAGS:
             self._put(done // rows.FLAGS)
         for one in self.trees:
-            one.write_back(self.dt, self._is_pressed(one))
+            one.write_back(self.dt)
         return done
 
     def _begin_step(self) -> None:
@@ -187,10 +187,7 @@ class Bodies:
             self._refuse()
         found = pushed == rows.PLACED
         for one in self.trees:
-            one.begin_step(self._head["gravity"][0])
-            one.set_tree(self.dt)
-            self.rows["placed"][one.members] = one.placed
-            found |= one.placed
+            found |= one.begin_step(self._head["gravity"][0], self.dt)
         if found:
             self._find_pressed()
             pushed = select_pushed(self._head_at)
@@ -209,11 +206,7 @@ class Bodies:
         for one in self.trees:
             if one.placed:
                 self.arrays.bodies["held"][:, 0] = np.nan
-                one.pressed = self._is_pressed(one)
                 one.set_tree(self.dt)
-
-    def _is_pressed(self, one: Tree) -> bool:
-        return bool(self.rows["pressed"][one.members].any())
 
     def _calls_to_push(self, number: int) -> list[tuple[Callable[..., Any], Any]]:
         """Return calls, with arguments, that apply forces and torques to the first `number` selected bodies."""

@@ -364,7 +364,7 @@ def check_contacts(head, w):
 
 def write_touched(head, k, r, b):
     """Write the result of the step for a body that was touched."""
-    dt, m, turned = head.dt, r.before, load4(b.quaternion)
+    dt, m = head.dt, r.before
     lag = 0.0 if r.pressed != 0 else -0.5 * dt
     a, moment = load(b.acceleration), load(b.torque)
     push = sub(a, load(head.gravity))
@@ -377,17 +377,12 @@ def write_touched(head, k, r, b):
     store(b.torque, moment)
     gained = sub(scale(1.0 / dt, sub(v, load(m.velocity))), a)
     store(r.force, scale(r.mass, gained))
-    # the torque for the axes at the start of the step, as Bullet uses the inertia there
-    store4(b.quaternion, rows.quaternion_of(m))
-    set_axes(b)
     rate = sub(scale(1.0 / dt, sub(spin, load(m.spin))), spin_rate(b, load(m.spin)))
     store(r.torque, rows.torque_for(r, b, rate))
-    store4(b.quaternion, turned)
-    set_axes(b)
     rows.select(head, k)
     store(r.left.position, load(b.position))
     q = r.left.quaternion
-    q[3], q[0], q[1], q[2] = turned
+    q[3], q[0], q[1], q[2] = load4(b.quaternion)
     store(r.left.velocity, v)
     store(r.left.spin, spin)
 

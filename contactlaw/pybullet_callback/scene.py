@@ -16,7 +16,7 @@ from contactlaw.world import World
 from contactlaw.world.arrays import with_contacts_of
 from contactlaw.world.building import SUBSTEPS
 from contactlaw.world.data.frames import IDENTITY
-from contactlaw.world.data.records import EDITED, FREE, Arrays
+from contactlaw.world.data.records import EDITED, FREE, Array, Arrays
 from contactlaw.world.readout import DOUBTFUL, Ledger, doubt_value, ledger, mean_impulses
 from contactlaw.world.shapes.description import tangent
 
@@ -31,7 +31,7 @@ class Saved(NamedTuple):
     handles: tuple[int, ...]
     arrays: Arrays
     rows: np.ndarray
-    jointed: list[tuple[dict[str, Any], bool]]
+    jointed: list[dict[str, Array]]
 
 
 class Scene:
@@ -161,7 +161,7 @@ class Scene:
         bodies.rows[:] = saved.rows
         bodies.bind(Arrays(*(array.copy() for array in saved.arrays)))
         for one, values in zip(bodies.trees, saved.jointed, strict=True):
-            one.restore(*values)
+            one.restore(values)
 
     def _take_over(self, old: Scene) -> None:
         """Take over the state of contacts and bodies that are still there."""
@@ -171,7 +171,7 @@ class Scene:
         before = {one.body: one for one in old.bodies.trees}
         for one in self.bodies.trees:
             if one.body in before and before[one.body].joints == one.joints:
-                one.restore(*before[one.body].save())
+                one.restore(before[one.body].save())
                 if one.known != before[one.body].known:
                     mine.world["edited"] = EDITED
         numbers: dict[int, int] = {}
@@ -181,6 +181,7 @@ class Scene:
             numbers.update(zip(shapes, self.shapes[key], strict=False))
             i, j = self._row[key], old._row[key]
             row, was = self.bodies.rows[i], old.bodies.rows[j]
+            row["pressed"] = was["pressed"]
             if i < self.bodies.singles:
                 mass, inertia = row["mass"], row["inertia"].copy()
                 same = mass == was["mass"] and (inertia == was["inertia"]).all()

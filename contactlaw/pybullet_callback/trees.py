@@ -27,6 +27,7 @@ import pybullet as p
 from contactlaw.jit import jit_module
 from contactlaw.laws.record import record
 from contactlaw.memory import element
+from contactlaw.pybullet_callback.rows import row_at
 from contactlaw.pybullet_callback.shapes import BASE, KINDS, Key, joints_of, pose_of
 from contactlaw.world import World
 from contactlaw.world.bodies.motion import settle
@@ -59,8 +60,8 @@ NUMBERS = KEPT | {
 }  # fmt: skip
 """Arrays of a tree besides those of the world, by name, and their shapes."""
 
-OWN = record(tree="u8", **dict.fromkeys(NUMBERS, "u8"))
-"""Addresses of a tree's record in the world and of its arrays."""
+OWN = record(tree="u8", rows="u8", **dict.fromkeys(NUMBERS, "u8"))
+"""Addresses of a tree's record in the world, of the `rows` of its bodies, and of its arrays."""
 
 own_at = element(OWN)
 
@@ -129,23 +130,22 @@ class Tree:
         self.left[:], limit[:] = np.nan, np.inf
         self.free_acceleration, self.matrix = own["free_acceleration"], own["matrix"]
         self.start = own["start_q"], own["start_v"]  # coordinates and velocities at the start of the step
-        self.placed = self.pressed = False
+        self.placed = False
 
     def add_to(self, world: World) -> list[Key]:
         """Add its tree to a world, whose bodies get consecutive numbers; return body and link of each."""
         self.number, bodies = world.add_tree_of(self.rows)
-        self.first, self.members = bodies[0], slice(bodies[0], bodies[0] + len(self.heads))
+        self.first = bodies[0]
         return [(self.body, link) for link in self.heads]
 
-    def save(self) -> tuple[dict[str, Array], bool]:
+    def save(self) -> dict[str, Array]:
         """Return a copy of what lasts from a step to the next."""
-        return {name: values.copy() for name, values in self._kept.items()}, self.pressed
+        return {name: values.copy() for name, values in self._kept.items()}
 
-    def restore(self, kept: dict[str, Array], pressed: bool) -> None:
+    def restore(self, kept: dict[str, Array]) -> None:
         """Set what `save` returned."""
         for name, values in kept.items():
             self._kept[name][:] = values
-        self.pressed = pressed
 
     def inertias(self) -> list[tuple[Any, ...]]:
         """Return mass, moments of inertia and inertial frame of all links, as PyBullet has them now."""
@@ -195,23 +195,25 @@ class Tree:
             p.resetBasePositionAndOrientation(self.body, (x, y, z), turn, self._client)
             p.resetBaseVelocity(self.body, v[:3].tolist(), turned(turn, v[3:6].tolist()), self._client)
 
-    def bind(self, world: Arrays) -> None:
-        """Find its numbers in the arrays of a world, before each step for which they are others."""
+    def bind(self, world: Arrays, rows: Any) -> None:
+        """Find its numbers in the arrays of a world, before each step for which they are others, and its rows."""
         self._tree, self._world_block = world.trees[self.number], world.world.ctypes.data
         self._own["tree"] = world.trees.ctypes.data + self.number * world.trees.itemsize
+        self._own["rows"] = rows.ctypes.data + self.first * rows.itemsize
 
-    def begin_step(self, gravity: Array) -> None:
-        """Take the state at the start of a step, and see whether the user has moved it since the last one."""
+    def begin_step(self, gravity: Array, dt: float) -> bool:
+        """Take the state at the start of a step; return whether the user has moved it since the last one."""
         self.placed = take_start(self._block)
-        self.pressed = self.pressed and not self.placed
         self._tree["gravity"] = gravity
         if not self.free:
             self._tree["base"], (x, y, z, w) = p.getBasePositionAndOrientation(self.body, self._client)
             self._tree["base_turn"] = w, x, y, z
+        self.set_tree(dt)
+        return self.placed
 
     def set_tree(self, dt: float) -> None:
         """Set the world's tree at the start of the step, with `force` and the velocity at the time of the position."""
-        set_at_start(self._block, 0.0 if self.pressed else 0.5 * dt)
+        set_at_start(self._block, dt)
 
     def read_forces(self, dt: float) -> None:
         """After Bullet's step: find the forces on the joints within it."""
@@ -221,18 +223,15 @@ class Tree:
                 f"body {self.body}: PyBullet's step has brought it to {turn:.3g} rad or m a step; its joints may have "
                 "more damping than Bullet is stable with (changeDynamics: jointDamping)"
             )
-        take_response(self._block, dt, 0.0 if self.pressed else 0.5 * dt)
+        take_response(self._block, dt)
 
-    def write_back(self, dt: float, pressed: bool) -> None:
+    def write_back(self, dt: float) -> None:
         """Write the tree to PyBullet after the world's step, if a contact has touched it, or see `near.following`."""
-        self.pressed = pressed
-        if find_end(self._block, self._world_block, dt, pressed):
+        if find_end(self._block, self._world_block, dt):
             self.write(self._numbers["new_q"], self._numbers["new_v"])
 
     def apply_push(self) -> None:
-        """Apply the push of the last step's contacts again, if one is closed: on joints, and on a free base."""
-        if not self.pressed:
-            self.push[:] = 0.0
+        """Apply the push of the last step's contacts again: on joints, and on a free base."""
         if not self.push.any():
             return
         push = self.push.tolist()
@@ -248,14 +247,27 @@ class Tree:
 
 
 def take_start(block):
-    """Return whether the user has moved the tree since the last step; if so it is neither pushed nor forced."""
+    """Return whether the user has moved the tree since the last step; if so it is neither pressed nor forced."""
     own = own_at(block, 0)
     t = tree_at(own.tree, 0)
-    if is_left(own, t):
-        return False
-    clear(vector(own.force, t.v_size))
-    clear(vector(own.push, t.v_size))
-    return True
+    placed = not is_left(own, t)
+    for i in range(t.count):
+        r = row_at(own.rows, i)
+        r.placed = 1 if placed else 0
+        r.pressed = 0 if placed else r.pressed
+    if placed:
+        clear(vector(own.force, t.v_size))
+    if not is_pressed(own, t):
+        clear(vector(own.push, t.v_size))
+    return placed
+
+
+def is_pressed(own, t):
+    """Return whether a contact on the tree was closed when last looked."""
+    pressed = 0
+    for i in range(t.count):
+        pressed |= row_at(own.rows, i).pressed
+    return pressed != 0
 
 
 def is_left(own, t):
@@ -274,26 +286,26 @@ def is_left(own, t):
     return True
 
 
-def set_at_start(block, lag):
-    """Set the world's tree at the start of the step, `lag` [s] after the time of its velocity, and find its matrix."""
+def set_at_start(block, dt):
+    """Set the world's tree at the start of the step of dt [s], and find its matrix."""
     own = own_at(block, 0)
     t = tree_at(own.tree, 0)
-    set_start(own, t, lag)
+    set_start(own, t, dt)
     clear(vector(own.matrix, t.v_size * t.v_size))
     t.weights, t.stride = own.matrix, t.v_size
     call_with_body(t.write_masses, body_at(t.bodies, 0))
 
 
-def set_start(own, t, lag):
-    """Set the world's tree at the start of the step, with `force`."""
+def set_start(own, t, dt):
+    """Set the world's tree at the start of the step of dt [s], with `force` and the velocity at that time."""
     free, v = vector(own.free_acceleration, t.v_size), vector(own.new_v, t.v_size)
     copy(vector(own.force, t.v_size), vector(t.f, t.v_size))
     copy(vector(own.start_v, t.v_size), v)
     put(t, own.start_q, own.new_v)
     copy(vector(t.a, t.v_size), free)
-    if lag > 0.0:
+    if not is_pressed(own, t):
         for k in range(t.v_size):
-            v[k] += lag * free[k]
+            v[k] += 0.5 * dt * free[k]
         put(t, own.start_q, own.new_v)
 
 
@@ -314,7 +326,7 @@ def add_product(m, x, share, out):
             out[i] += share * m[i, j] * x[j]
 
 
-def take_response(block, dt, lag):
+def take_response(block, dt):
     """From velocities after Bullet's step: find forces on joints, and which a motor held; then as `set_at_start`."""
     own = own_at(block, 0)
     t = tree_at(own.tree, 0)
@@ -337,7 +349,7 @@ def take_response(block, dt, lag):
             m[k, k] += axis.armature
             motor += 1
     add_product(m, gained, 1.0, force)
-    set_start(own, t, lag)
+    set_start(own, t, dt)
 
 
 def armature_of(own, t, motor, k, inertia, dt):
@@ -359,7 +371,7 @@ def armature_of(own, t, motor, k, inertia, dt):
     return min(HELD * inertia, dt * strongest[motor] / speed) if speed > 0.0 else HELD * inertia
 
 
-def find_end(block, world, dt, pressed):
+def find_end(block, world, dt):
     """After the world's step: find what is to be written and the push that gave it; return whether it is needed.
 
     That is if a contact has touched the tree, or see `near.following`.
@@ -380,9 +392,9 @@ def find_end(block, world, dt, pressed):
             return False
         put(t, own.new_q, own.new_v)
     copy(vector(own.new_q, t.q_size), left)
-    a, gained = vector(t.a, t.v_size), vector(own.gained, t.v_size)
+    a, gained, lag = vector(t.a, t.v_size), vector(own.gained, t.v_size), 0.0 if is_pressed(own, t) else 0.5 * dt
     for k in range(t.v_size):
-        v[k] -= 0.0 if pressed else 0.5 * dt * a[k]
+        v[k] -= lag * a[k]
     copy(v, gained)
     # Bullet keeps the spin of a base along the axes before its step
     if is_free(t, link_at(t.links, 0)):

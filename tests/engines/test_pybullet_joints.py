@@ -11,6 +11,7 @@ from pybullet_scenes import FREE, RADIUS, ball, in_contact, p, paddle, pair_of, 
 
 from contactlaw import MATERIALS, ContactPair, Material
 from contactlaw.pybullet_callback import ContactCallback
+from contactlaw.pybullet_callback.rows import ROW
 from contactlaw.pybullet_callback.trees import Tree
 from contactlaw.world import World
 from contactlaw.world.trees.tree_records import numbers, write_coordinates
@@ -70,9 +71,8 @@ def test_the_model_moves_as_the_engine_does(client: int, base_mass: float, joint
     one.add_to(world)
     arrays = world.arrays.bound()
     one.read(one.start)
-    one.bind(arrays)
-    one.begin_step((1.0, 2.0, -G))
-    one.set_tree(0.0)
+    one.bind(arrays, np.zeros(arrays.bodies.size, ROW))
+    one.begin_step(np.array([1.0, 2.0, -G]), 0.0)
     for link in one.links:
         member, (at, _) = one.place_of(link)
         own = arrays.bodies[one.first + 1 + member]
@@ -86,10 +86,8 @@ def test_the_model_moves_as_the_engine_does(client: int, base_mass: float, joint
     one.read_forces(dt)
     np.testing.assert_allclose(one.force, 0.0, atol=1e-5)
     one.read(one.start)
-    one.begin_step((1.0, 2.0, -G))
-    one.set_tree(0.0)
+    one.begin_step(np.array([1.0, 2.0, -G]), 0.0)
     one.push[:] = np.arange(1.0, one.v_size + 1.0)
-    one.pressed = True
     one.apply_push()
     p.stepSimulation(client)
     _, v = one.read((np.empty(one.q_size), np.empty(one.v_size)))
@@ -294,10 +292,8 @@ def test_what_presses_on_a_base_with_something_heavy_fixed_to_it_turns_it_as_it_
     one = contact._scene.bodies.trees[0]
     for k in range(3):
         one.read(one.start)
-        one.begin_step(np.zeros(3))
-        one.set_tree(1 / 240)
+        one.begin_step(np.zeros(3), 1 / 240)
         one.push[:] = 10.0 * (np.arange(one.v_size) == k)
-        one.pressed = True
         one.apply_push()
         p.stepSimulation(client)
         _, v = one.read((np.empty(one.q_size), np.empty(one.v_size)))
