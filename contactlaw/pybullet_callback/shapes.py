@@ -1,6 +1,7 @@
 """Bodies and shapes read from PyBullet: ids are checked, and shapes become shapes of the world."""
 
 import operator
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -291,6 +292,13 @@ def joints_of(body: int, client: int) -> list[JointInfo]:
 def pose_of(position: tuple[float, ...], quaternion: tuple[float, ...]) -> Pose:
     """Return a pose from PyBullet's position and quaternion, scalar last."""
     return Pose(np.array(position), np.array([quaternion[3], *quaternion[:3]]))
+
+
+def turned(turn: Sequence[float], a: Sequence[float]) -> tuple[float, float, float]:
+    """Return a vector rotated by a quaternion, scalar last; PyBullet's own `rotateVector` has single precision."""
+    u, v, w = a
+    xx, xy, xz, yx, yy, yz, zx, zy, zz = p.getMatrixFromQuaternion(turn)
+    return xx * u + xy * v + xz * w, yx * u + yy * v + yz * w, zx * u + zy * v + zz * w
 
 
 FAR = -1e6  # [m], offset along the normal of a plane that nothing touches

@@ -17,7 +17,6 @@ moves is at most such that its momentum is what the motor can give in a step wit
 else a finger would press what it meets with many times the force of its motor.
 """
 
-from collections.abc import Sequence
 from math import inf, isfinite
 from typing import Any
 
@@ -28,7 +27,7 @@ from contactlaw.jit import jit_module
 from contactlaw.laws.record import record
 from contactlaw.memory import element
 from contactlaw.pybullet_callback.rows import row_at
-from contactlaw.pybullet_callback.shapes import BASE, KINDS, Key, joints_of, pose_of
+from contactlaw.pybullet_callback.shapes import BASE, KINDS, Key, joints_of, pose_of, turned
 from contactlaw.world import World
 from contactlaw.world.bodies.motion import settle
 from contactlaw.world.data.access import axis_at, body_at, joint_at, link_at, tree_at, world_at
@@ -64,15 +63,6 @@ OWN = record(tree="u8", rows="u8", **dict.fromkeys(NUMBERS, "u8"))
 """Addresses of a tree's record in the world, of the `rows` of its bodies, and of its arrays."""
 
 own_at = element(OWN)
-
-
-def turned(turn: Sequence[float], a: Sequence[float], inverse: bool = False) -> tuple[float, float, float]:
-    """Return a vector rotated by a quaternion, scalar last, or by its inverse."""
-    u, v, w = a
-    xx, xy, xz, yx, yy, yz, zx, zy, zz = p.getMatrixFromQuaternion(turn)
-    if inverse:
-        xy, xz, yx, yz, zx, zy = yx, zx, xy, zy, xz, yz
-    return xx * u + xy * v + xz * w, yx * u + yy * v + yz * w, zx * u + zy * v + zz * w
 
 
 def _part(inertias: tuple[Any, ...], *more: Any) -> Part:
@@ -159,12 +149,12 @@ class Tree:
 
     def read(self, out: tuple[Array, Array]) -> tuple[Array, Array]:
         """Read coordinates and velocities from PyBullet, and `torque` of the motors of hinges and slides."""
-        q: list[float] = []
-        v: list[float] = []
+        q, v = list[float](), list[float]()
         if self.free:
             x, turn = p.getBasePositionAndOrientation(self.body, self._client)
             velocity, spin = p.getBaseVelocity(self.body, self._client)
-            q, v = [*x, turn[3], *turn[:3]], [*velocity, *turned(turn, spin, inverse=True)]
+            a, b, c, w = turn
+            q, v = [*x, w, a, b, c], [*velocity, *turned((-a, -b, -c, w), spin)]
         if self._joint_links:
             torques = []
             for place, speed, _, torque in p.getJointStatesMultiDof(self.body, self._joint_links, self._client):
@@ -191,9 +181,8 @@ class Tree:
             )  # fmt: skip
         if self.free:
             x, y, z, w, *turn = q[:7].tolist()
-            turn.append(w)
-            p.resetBasePositionAndOrientation(self.body, (x, y, z), turn, self._client)
-            p.resetBaseVelocity(self.body, v[:3].tolist(), turned(turn, v[3:6].tolist()), self._client)
+            p.resetBasePositionAndOrientation(self.body, (x, y, z), (*turn, w), self._client)
+            p.resetBaseVelocity(self.body, v[:3].tolist(), turned((*turn, w), v[3:6].tolist()), self._client)
 
     def bind(self, world: Arrays, rows: Any) -> None:
         """Find its numbers in the arrays of a world, before each step for which they are others, and its rows."""
@@ -247,19 +236,17 @@ class Tree:
 
 
 def take_start(block):
-    """Return whether the user has moved the tree since the last step; if so it is neither pressed nor forced."""
+    """Return whether the user has moved the tree since the last step; if so nothing presses or pushes it."""
     own = own_at(block, 0)
     t = tree_at(own.tree, 0)
-    placed = not is_left(own, t)
+    left = is_left(own, t)
     for i in range(t.count):
         r = row_at(own.rows, i)
-        r.placed = 1 if placed else 0
-        r.pressed = 0 if placed else r.pressed
-    if placed:
+        r.placed, r.pressed = 0 if left else 1, r.pressed if left else 0
+    if not left:
         clear(vector(own.force, t.v_size))
-    if not is_pressed(own, t):
         clear(vector(own.push, t.v_size))
-    return placed
+    return not left
 
 
 def is_pressed(own, t):
@@ -372,9 +359,9 @@ def armature_of(own, t, motor, k, inertia, dt):
 
 
 def find_end(block, world, dt):
-    """After the world's step: find what is to be written and the push that gave it; return whether it is needed.
+    """After the world's step: find what is to be written, if a contact has touched the tree, or see `near.following`.
 
-    That is if a contact has touched the tree, or see `near.following`.
+    Returns whether there is. If a contact is closed, finds the push of the contacts too.
     """
     own, w = own_at(block, 0), world_at(world, 0)
     t, touched = tree_at(own.tree, 0), False
@@ -384,17 +371,19 @@ def find_end(block, world, dt):
     for i in range(t.count):
         b = body_at(t.bodies, i)
         touched = touched or b.asleep != 0 or b.touched != 0
+    clear(push)
     if not touched:
         put(t, own.after_q, own.after_v)
         if not overlaps(w, t.first, t.count):
             copy(vector(own.after_q, t.q_size), left)
-            clear(push)
             return False
         put(t, own.new_q, own.new_v)
     copy(vector(own.new_q, t.q_size), left)
-    a, gained, lag = vector(t.a, t.v_size), vector(own.gained, t.v_size), 0.0 if is_pressed(own, t) else 0.5 * dt
-    for k in range(t.v_size):
-        v[k] -= lag * a[k]
+    if not is_pressed(own, t):
+        for k in range(t.v_size):
+            v[k] -= 0.5 * dt * vector(t.a, t.v_size)[k]
+        return True
+    gained = vector(own.gained, t.v_size)
     copy(v, gained)
     # Bullet keeps the spin of a base along the axes before its step
     if is_free(t, link_at(t.links, 0)):
@@ -403,7 +392,6 @@ def find_end(block, world, dt):
     before, free = vector(own.start_v, t.v_size), vector(own.free_acceleration, t.v_size)
     for k in range(t.v_size):
         gained[k] = (gained[k] - before[k]) / dt - free[k]
-    clear(push)
     add_product(vector(own.matrix, (t.v_size, t.v_size)), gained, 1.0, push)
     return True
 
