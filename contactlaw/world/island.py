@@ -30,6 +30,7 @@ from contactlaw.world.near.places import takes_known_gap
 from contactlaw.world.near.time_of_impact import predict
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.sleep import fall_asleep
+from contactlaw.world.window import list_at_hand
 
 BLOCK = 16  # substeps between two reviews of their length
 LOOKAHEAD = 2.0  # substeps within which an open pair must be able to close for its gap to be measured
@@ -37,6 +38,7 @@ LEAST_CHANGE = 0.75  # ratio of lengths from which substeps change; equal ones k
 # Ratio from which substeps lengthen where contacts coast: the shortest impact of a heap soon is another one. 1.33 takes
 # 8 % more substeps of contacts. Where impacts are single ones, as in a billiard break, 1.1 would double the error
 GROWTH = 1.1
+LEAST_WAY = 0.1  # of the longest way of a surface in a substep, by which another's may grow meanwhile
 COAST_EVERY = 2  # substeps between two looks which contacts can coast
 SHORTEST = 1e-6  # of a window, the least substep; of a substep, the least remainder that becomes a substep
 LOST_SPEED = 1e10  # [m/s] of a surface; engines, too, take such a velocity for a fault
@@ -57,7 +59,7 @@ def integrate(w, root, now, until):
         pairs = list_pairs(w, root)
         t = fly_to_touch(w, bodies, pairs, t, now, until)
         if until - t > SHORTEST * (until - now):
-            t = take_substeps(w, bodies, pairs, t, now, until)
+            t = take_substeps(w, root, (bodies, pairs), t, now, until)
             first = lost_body(w, bodies, until - now)
             if first > 0:
                 if w.lost_body == 0:
@@ -152,13 +154,14 @@ def first_substeps(w, pairs, t, now, until):
     return h if count > 0.0 and first < SHORTEST * h else first, h
 
 
-def take_substeps(w, bodies, pairs, t, now, until):
+def take_substeps(w, root, listed, t, now, until):
     """Step an island from t [s] until none of its pairs is closed, or to `until`; return that time [s].
 
-    now: start of the window [s]. Contacts that hardly change may coast. Every BLOCK substeps, and where a contact
-    closes that needs shorter ones, the length of substeps is reviewed.
+    listed: how many bodies and pairs of the island are in the lists. now: start of the window [s]. Contacts that hardly
+    change may coast. Every BLOCK substeps, and where a contact closes that needs shorter ones, the length of substeps
+    is reviewed. Trees come near many shapes without touching them: with joints only pairs at hand stay in the list.
     """
-    shortest = SHORTEST * (until - now)
+    (bodies, pairs), shortest = listed, SHORTEST * (until - now)
     h, next_h = first_substeps(w, pairs, t, now, until)
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
@@ -169,7 +172,8 @@ def take_substeps(w, bodies, pairs, t, now, until):
     since_review, going, closed = 0, True, 0
     joints = False
     for i in range(bodies):
-        joints = joints or is_jointed(body_at(w.bodies, whole_at(w.island_bodies, i)))
+        b = body_at(w.bodies, whole_at(w.island_bodies, i))
+        joints, b.path_end = joints or is_jointed(b), 0.0
     while going:
         since_review += 1
         left = until - t - h
@@ -180,7 +184,9 @@ def take_substeps(w, bodies, pairs, t, now, until):
         w.twists = TWIST_ALWAYS
         if joints or closed > w.crowd:
             w.twists = TWIST_NOW if is_last or since_review % TORSION_EVERY == 0 else TWIST_LATER
-        update_paths(w, bodies, max(next_h / h, 1.0))
+        passed, longest = update_paths(w, bodies, max(next_h / h, 1.0))
+        if joints and passed:
+            pairs = list_at_hand(w, root, bodies, BLOCK, LEAST_WAY * longest)
         push_by_coasting(w, coasting)
         closed, shorter = evaluate_contacts(w, pairs, (h, next_h), closed <= w.crowd)
         closed += coasting
@@ -218,8 +224,10 @@ def take_substeps(w, bodies, pairs, t, now, until):
 def update_paths(w, bodies, longer):
     """Add what surfaces moved in a substep to their paths, and predict the next substep, `longer` times as long.
 
-    Contacts on each body are counted anew.
+    Contacts on each body are counted anew. Returns whether one may get past its `path_end` before its pairs are looked
+    at again, see `window.list_at_hand`; and the longest way [m].
     """
+    passed, most = False, 0.0
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         way = norm(load(b.shift)) + (b.reach * norm(load(b.twist)) if b.reach > 0.0 else 0.0)
@@ -227,6 +235,9 @@ def update_paths(w, bodies, longer):
         b.next_path = longer * way
         b.pressing = 0
         clear_push(b)
+        passed = passed or b.path + LOOKAHEAD * b.next_path > b.path_end
+        most = max(most, b.next_path)
+    return passed, most
 
 
 @jit_inline

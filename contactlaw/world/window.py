@@ -16,7 +16,7 @@ from contactlaw.world.bodies.motion import fly, mobility_bound
 from contactlaw.world.contacts.pace import closing_speed, contact_duration, touch_duration
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, tree_at
 from contactlaw.world.data.call import call_with_body
-from contactlaw.world.data.records import AGED, FRESH, NEVER
+from contactlaw.world.data.records import AGED, COASTS, FRESH, NEVER
 from contactlaw.world.data.vec import load, norm, sub
 from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, known_gap, path_bound, raise_listed_gap
 from contactlaw.world.near.listing import list_near, may_leave_margin
@@ -296,6 +296,25 @@ def list_islands(w):
         if root != i and body_at(w.bodies, root).head >= 0:
             body_at(w.bodies, i).link = body_at(w.bodies, root).link
             body_at(w.bodies, root).link = i
+
+
+def list_at_hand(w, root, bodies, substeps, least):
+    """List the closed pairs of an island, and the open ones that can close in so many substeps like the next.
+
+    Bodies may go `least` [m] further in each. The list holds until one gets past its `path_end`. Returns how many.
+    """
+    for i in range(bodies):
+        b = body_at(w.bodies, whole_at(w.island_bodies, i))
+        b.path_end = b.path + substeps * (b.next_path + least)
+    count, k = 0, body_at(w.bodies, root).head
+    while k >= 0:
+        p = near_at(w.near, k)
+        far = p.path_limit > body_at(w.bodies, p.body_a).path_end + body_at(w.bodies, p.body_b).path_end
+        if p.active != COASTS and (p.closed != 0 or not far):
+            set_whole(w.island_pairs, count, k)
+            count += 1
+        k = p.link
+    return count
 
 
 jit_module(__name__)

@@ -74,6 +74,23 @@ def test_a_limb_that_damping_all_but_locks_does_not_shorten_the_substeps_of_an_i
 
 
 @pytest.mark.heavy
+def test_a_limb_that_comes_down_in_the_middle_of_an_impact_touches_in_time() -> None:
+    """At first it is too far from the floor to be looked at in each substep."""
+    world = World(gravity=0.0, timestep=5e-2)
+    parts = [
+        Part(1.0, 1e-2, [Joint("slide", axis=(0.0, 0.0, 1.0))]),
+        Part(0.02, 1e-5, [Joint("hinge", (-0.05, 0.0, 0.0))], 0, (0.05, 0.0, 0.0)),
+    ]
+    _, bodies = world.add_tree(Tree(parts), [0.0201, -0.1], [-1.0, 8.0])
+    tips = [world.add_sphere(bodies[0], 0.02), world.add_sphere(bodies[1], 0.01, (0.05, 0.0, 0.0))]
+    world.add_contact(tips, world.add_plane(None, *FLOOR), ContactPair("rubber", "steel", 0.3, 0.5))
+    world.step()
+    np.testing.assert_array_equal(world.contacts["touches"], [1, 1])
+    assert world.arrays.world["late"][0] == 0
+    np.testing.assert_allclose(world.tree(0)[1], [0.489, -8.60], rtol=2e-3)
+
+
+@pytest.mark.heavy
 def test_an_impact_on_a_damped_joint_converges_with_substeps_squared() -> None:
     """Damping takes a third of the speed that the impact of 20 ms leaves."""
 

@@ -22,7 +22,7 @@ from contactlaw.world.contacts.springs import UNKNOWN
 from contactlaw.world.contacts.touch import turn_frame
 from contactlaw.world.data.access import body_at, coasting_at, contact_at, near_at, pair_at
 from contactlaw.world.data.materials import law_of
-from contactlaw.world.data.records import COASTING, NEVER
+from contactlaw.world.data.records import COASTING, COASTS, NEVER
 from contactlaw.world.data.saved import body_address
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub
 
@@ -51,6 +51,7 @@ def start_coasting(w, pairs, coasting, h):
             t, time = c.touch, steady_time(c, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
             if time * time * t.force > STEADY * STEADY * t.mass * t.overlap:
                 begin_coasting(w, k, coasting_at(w.coasting, coasting), h, time)
+                p.active = COASTS
                 coasting += 1
                 continue
         set_whole(w.island_pairs, left, k)
@@ -206,7 +207,7 @@ def end_coasting(w, r):
     c.coasted_from = r.first
     store(c.coasted, (dot(load(r.slide), e), dot(load(r.slide), cross(n, e)), turn_a - turn_b))
     turn_frame(c, n, 0.5 * (turn_a + turn_b))
-    t.overlap, t.closing, c.neighbours = r.overlap, r.closing, UNKNOWN
+    t.overlap, t.closing, c.neighbours, p.active = r.overlap, r.closing, UNKNOWN, 1
     store(c.impulse, add(load(c.impulse), load(r.impulse)))
     c.normal_work += r.normal_work
     c.friction_work += r.friction_work - r.moment * (turn_a - turn_b)

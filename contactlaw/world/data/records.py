@@ -25,6 +25,7 @@ TWIST_LATER, TWIST_NOW, TWIST_ALWAYS = range(3)
 EDITED, RESIZED, AGED, FRESH = 1, 2, 1, 2  # values of `WORLD.edited`; of `WORLD.age`
 DENIED, ASKED, PASSES = 0, 1, 2  # values of `TREE.passes`
 PLACED = 2  # value of `TREE.stale`
+COASTS = 2  # value of `NEAR.active`
 PAUSE_LIMIT = 8  # steps; a power of two
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; that of a parted contact is kept until the next step
 VECTOR = ("f8", (3,))
@@ -47,6 +48,7 @@ BODY = record(
     still="i8",  # 1: nothing moves it within this step
     touched="i8", placed="i8",  # 1: its step ends as the world has it, as after any impulse; the user has moved it
     path="f8", next_path="f8",  # [m] that its surface has moved in a window's substeps, at most, and may in the next
+    path_end="f8",  # [m] of `path`, see `window.list_at_hand`
     reach="f8",  # [m] from its centre of mass to the furthest centre, middle line or core of its shapes
     square_rate="f8", pressing="i8",  # see `pace.add_square_rate` [1/s^2]; how many are closed
     # its turn
@@ -195,7 +197,7 @@ PAIR = record(
 
 NEAR = record(
     slot="i8",  # of its contact, if that is closed or has been in this step; else -1
-    closed="i8", active="i8", link="i8",  # 1: taken into an island in this window; next of the island
+    closed="i8", active="i8", link="i8",  # 1, COASTS: taken into an island in this window; next of the island
     body_a="i8", body_b="i8",
     path_limit="f8",  # [m] sum of both bodies' `path` at which it can close, in a run of substeps
     a="i8", b="i8", pair="i8",
