@@ -9,6 +9,7 @@ from contextlib import redirect_stderr
 from io import StringIO
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
@@ -16,7 +17,7 @@ import numpy as np
 from contactlaw import checks
 from contactlaw.files import whole
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.config import OVERLAPS
+from contactlaw.mujoco_plugin.config import KEYS, OVERLAPS, PLUGIN_NAME
 from contactlaw.mujoco_plugin.geoms import first_of, give_names, label
 from contactlaw.mujoco_plugin.instances import skip_constraints
 from contactlaw.mujoco_plugin.notices import reported_of
@@ -80,7 +81,7 @@ def model_xml(model: Source, contacts: Contacts, *, assets: Mapping[str, bytes] 
             spec.compiler.savecompiled = spec.compiler.savecanonical = not exact
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ContactWarning)  # already given when it was compiled
-            text = spec.to_xml() if choice else _precise_xml(spec)
+            text = _with_instances(spec, spec.to_xml() if choice else _precise_xml(spec))
             try:
                 again = mujoco.MjModel.from_xml_string(text, None if assets is None else dict(assets))
             except ValueError as error:
@@ -186,6 +187,21 @@ def _precise_xml(spec: mujoco.MjSpec) -> str:
     return text.replace("<compiler ", f'<compiler inertiagrouprange="{first} {last}" ', 1)
 
 
+def _with_instances(spec: mujoco.MjSpec, text: str) -> str:
+    """Return the XML of a specification with all contacts of the law.
+
+    MuJoCo leaves out those that come after an instance without a name, as a sensor's, or after another plugin's.
+    """
+    plugin = ElementTree.Element("plugin", plugin=PLUGIN_NAME)
+    for own in (own for own in spec.plugins if own.name and own.plugin_name == PLUGIN_NAME):
+        instance = ElementTree.SubElement(plugin, "instance", name=own.name)
+        for key in (key for key in KEYS if key in own.config):
+            ElementTree.SubElement(instance, "config", key=key, value=own.config[key])
+    ElementTree.indent(plugin, level=2)
+    written = re.compile(f'<plugin plugin="{PLUGIN_NAME}"(/>|>.*?</plugin>)', re.DOTALL)
+    return written.sub(lambda _: ElementTree.tostring(plugin, encoding="unicode"), text, count=1)
+
+
 def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
     """Compile a specification; an error of the plugin, which it can only print, becomes the ValueError."""
     printed = StringIO()
@@ -244,11 +260,12 @@ def _equivalent(one: mujoco.MjModel, two: mujoco.MjModel, tolerance: float) -> b
     """Return whether two models move alike: same sizes, and numbers equal to a part of the greatest in each field."""
     for field in ("body_mass", "body_inertia", "body_pos", "body_quat", "geom_size", "geom_pos", "geom_quat",
                   "geom_contype", "geom_conaffinity", "jnt_range", "dof_damping", "dof_armature", "qpos0",
-                  "pair_geom1", "pair_geom2", "actuator_gainprm", "plugin_stateadr"):  # fmt: skip
+                  "pair_geom1", "pair_geom2", "actuator_gainprm"):  # fmt: skip
         a, b = np.asarray(getattr(one, field)), np.asarray(getattr(two, field))
         if a.shape != b.shape or (a.size and np.abs(a - b).max() > tolerance * np.abs(a).max()):
             return False
-    return one.opt.timestep == two.opt.timestep and one.opt.integrator == two.opt.integrator
+    same = one.opt.timestep == two.opt.timestep and one.opt.integrator == two.opt.integrator
+    return same and instances_of(one) == instances_of(two)
 
 
 def report_initial_overlaps(model: mujoco.MjModel, refuse: bool) -> None:

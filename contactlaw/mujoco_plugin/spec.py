@@ -1,15 +1,15 @@
 """Contacts in a model that is still a specification (`mujoco.MjSpec`): the law's are added, native ones turned off.
 
 `add_contact`, and entries of `load_model` that name geoms: all pairs of two sets of geoms. Each of a few pairs gets an
-explicit `<pair>` with a margin so negative that the engine never makes the contact. For many pairs, contype or
-conaffinity of the geoms is cleared where this disables nothing else: a geom without contype is still tested against
-every geom with one, and a geom without conaffinity against every geom with one, but two of the same sort are not.
+explicit `<pair>` with a margin so negative that the engine never makes the contact; many are separated by bits.
 
 `replace_all`, for entries with "*" or a table of materials: those pairs that the model makes natively; what the law
-cannot serve keeps the engine's own contact. Both are separated by bits: a geom whose contacts are all the law's gets
-none, which also spares the engine's broad phase. Among the others, flexes included, geoms of one kind (shape, bits,
-entries) share a contype bit of their own, and their conaffinity has the bits of the kinds that they go on touching. The
-engine's parent-child filter and `<exclude>` hold for both. The plugin's configuration keeps the original bits.
+cannot serve keeps the engine's own contact. Both are separated by bits. The engine's parent-child filter and
+`<exclude>` hold for both. The plugin's configuration keeps the original bits.
+
+By bits: a geom whose contacts are all the law's gets none, which also spares the engine's broad phase. Among the
+others, flexes included, geoms of one kind (shape, bits, entries) share a contype bit of their own, and conaffinity has
+the bits of the kinds that they go on touching.
 """
 
 import warnings
@@ -141,41 +141,25 @@ def disable_native(spec: mujoco.MjSpec, sets: Sets) -> None:
         ends = known.get(native.geomname1), known.get(native.geomname2)
         if None not in ends and sets.hold(*ends):
             spec.delete(native)
-    if len(sets.ones) * len(sets.twos) > MAX_EXPLICIT_PAIRS:
-        _clear_bits(spec, sets)
-        if not any(touch(_bits(one), _bits(two)) for one, two in sets.by_kinds(_bits)):
-            return
-    for one, two in sets.every():
-        margin, gap = native_margin(shape_of(one), shape_of(two))
-        spec.add_pair(geomname1=one.name, geomname2=two.name, margin=margin, gap=gap)
+    if len(sets.ones) * len(sets.twos) <= MAX_EXPLICIT_PAIRS or not _separate(spec, sets):
+        for one, two in sets.every():
+            margin, gap = native_margin(shape_of(one), shape_of(two))
+            spec.add_pair(geomname1=one.name, geomname2=two.name, margin=margin, gap=gap)
 
 
 def _bits(geom: Any) -> Bits:
     return geom.contype, geom.conaffinity
 
 
-def _clear_bits(spec: mujoco.MjSpec, sets: Sets) -> None:
-    """Clear contype or conaffinity of geoms of the sets where this disables no other native contact."""
-    ones, twos, world = set(sets.ones), set(sets.twos), spec.worldbody
-    alike = groups(spec.geoms, lambda geom: (_bits(geom), geom in ones, geom in twos, geom.parent == world))
-    bits = {kind: kind[0] for kind in alike}
+def _separate(spec: mujoco.MjSpec, sets: Sets) -> bool:
+    """Let no two geoms of two sets touch natively, and all else as before, by bits; return whether these suffice."""
+    ones, twos = set(sets.ones), set(sets.twos)
+    kinds = groups((*colliding(spec), *spec.flexes), lambda item: (_bits(item), item in ones, item in twos))
 
-    def wanted(one: Any, two: Any) -> bool:
-        """Return whether geoms of two kinds touch natively and must go on doing so."""
-        ours = (one[1] and two[2]) or (two[1] and one[2])
-        alone = one == two and len(alike[one]) == 1
-        return not ours and not alone and not (one[3] and two[3]) and touch(one[0], two[0])
+    def stay(one: Any, two: Any) -> bool:
+        return touch(one[0], two[0]) and not ((one[1] and two[2]) or (two[1] and one[2]))
 
-    kept = [pair for pair in combinations_with_replacement(alike, 2) if wanted(*pair)]
-    for kind, geoms in alike.items():
-        (contype, conaffinity), first, second, _ = kind
-        for taken in ((0, conaffinity), (contype, 0)):
-            tried = bits | {kind: taken}
-            if (first or second) and any(taken) and all(touch(tried[one], tried[two]) for one, two in kept):
-                bits = tried
-                for geom in geoms:
-                    geom.contype, geom.conaffinity = taken
-                break
+    return _write_bits(spec, kinds, {one: {two for two in kinds if stay(one, two)} for one in kinds})
 
 
 def parse_contacts(
@@ -302,7 +286,8 @@ def replace_all(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[Co
         if None not in ends and why_native(*ends) is None:
             pair.margin, pair.gap = native_margin(*(shapes[geom] for geom in ends))
             served.update(ends)
-    _write_bits(spec, kinds, kept)
+    if not _write_bits(spec, kinds, kept):
+        raise ValueError(f'"*": the engine\'s own contacts that stay are of more than {MAX_KINDS} kinds')
     for entry in entries:
         ones, twos = ([geom for geom in own if geom in served] for own in (entry.ones, entry.twos))
         if entry.pair is not None and ones and twos and len({*ones, *twos}) > 1:
@@ -313,17 +298,18 @@ def replace_all(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[Co
         warnings.warn(f"{text} the engine's own contact", ContactWarning, stacklevel=5)
 
 
-def _write_bits(spec: mujoco.MjSpec, kinds: dict[Any, list[Any]], kept: dict[Any, set[Any]]) -> None:
-    """Set contype and conaffinity so that each kind of geoms touches the kinds in kept[kind] and nothing else."""
+def _write_bits(spec: mujoco.MjSpec, kinds: dict[Any, list[Any]], kept: dict[Any, set[Any]]) -> bool:
+    """Let each kind of geoms touch the kinds in kept[kind] and nothing else; return False if bits do not suffice."""
     rows = {kind: frozenset(partners) for kind, partners in kept.items()}
     own = {row: 1 << number for number, row in enumerate(dict.fromkeys(row for row in rows.values() if row))}
     if len(own) > MAX_KINDS:
-        raise ValueError(f'"*": the engine\'s own contacts that stay are of {len(own)} kinds; at most {MAX_KINDS}')
+        return False
     not_visual = spec.compiler.discardvisual or any(sensor.type == TACTILE for sensor in spec.sensors)
     for kind, items in kinds.items():
         contype, affinity = own.get(rows[kind], 0), sum({own[rows[partner]] for partner in rows[kind]})
         for item in items:
             item.contype, item.conaffinity = contype, affinity if contype or not not_visual else NO_CONTYPE
+    return True
 
 
 def _can_meet(model: mujoco.MjModel, ones: Sequence[Any], twos: Sequence[Any]) -> bool:

@@ -69,6 +69,10 @@ def step(world, dt, count):
         made += w.together
         if error_pending(w.demand) or w.lost_body > 0:
             break
+    count_slots(w)
+    for slot in range(w.slots):  # `release` has looked at those that are free
+        c = contact_at(w.contacts, slot)
+        w.deepest = max(w.deepest, c.deepest / c.touch.radius)
     return made
 
 
@@ -272,7 +276,6 @@ def begin(w, dt):
         if p.slot >= 0:
             c = contact_at(w.contacts, p.slot)
             store(c.earlier, load(c.impulse))
-            w.deepest = max(w.deepest, c.deepest / c.touch.radius)
             if p.closed != 0 and shape_at(w.shapes, p.b).kind == TANGENT:  # the engine has placed this plane anew
                 update_geometry(w, c)
             if p.closed != 0 and w.edited != 0:

@@ -81,6 +81,21 @@ def test_a_ball_bounces_by_the_law_whichever_way_it_got_there(folder):
     assert set(bounces) == {bounces[0]}
 
 
+def test_sensors_without_a_name_do_not_keep_contacts_from_a_file():
+    """MuJoCo writes no instance of a plugin that comes after one without a name, or after those of another plugin."""
+    plugin = '<plugin plugin="contactlaw.contact"'
+    sensor = f'{plugin} objtype="body" objname="ball"/>'
+    grid = """<plugin plugin="mujoco.sensor.touch_grid" objtype="site" objname="site"><config key="size" value="2 2"/>
+      <config key="fov" value="9 9"/><config key="gamma" value="0"/><config key="nchannel" value="1"/></plugin>"""
+    extension = f'<extension><plugin plugin="mujoco.sensor.touch_grid"/>{plugin}/></extension>'
+    scene = SCENE.replace("<default>", f"{extension}<default>").replace("<worldbody>", '<worldbody><site name="site"/>')
+    scene = scene.replace("</mujoco>", f"<sensor>{sensor}{grid}{sensor}</sensor></mujoco>")
+    for model in (scene, model_xml(scene, [("body:ball", "floor", PAIR)])):
+        model = mujoco.MjModel.from_xml_string(model_xml(model, [("upper", "floor", PAIR)]))
+    assert instances_of(model) == ["contactlaw:ball_geom0:floor", "contactlaw:upper:floor"]
+    assert bounce_of(model) == pytest.approx(0.93, abs=1e-3) and model.nsensor == 3
+
+
 @pytest.mark.parametrize("integrator", ["Euler", "RK4", "implicit", "implicitfast"])
 @pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
 def test_neither_integrator_nor_cone_matter(integrator, cone):

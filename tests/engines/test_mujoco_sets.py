@@ -65,6 +65,7 @@ def test_two_sets_that_touch_each_other_keep_what_is_native_within_each():
     add_contact(spec, first, second, steel_pair())
     after = touching(spec.compile())
     assert after == {pair for pair in before if pair <= set(first) or pair <= set(second) or "floor" in pair}
+    assert not spec.pairs  # one for each two of them would be 400
 
 
 def test_contacts_of_large_sets_are_those_that_overlap():

@@ -40,19 +40,21 @@ def find_passing(world):
     """Find which of the trees that are ASKED pass by everything; their bodies are at the end of the step.
 
     world: address of the `records.WORLD`. Near pairs must have their gaps and closing speeds at the start of the step,
-    see `step.find_pressed`.
+    see `step.find_pressed`. If any tree leaves its margin, what it may meet is not listed, and none passes.
     Sets `denied` if any does not.
     """
     w = world_at(world, 0)
-    w.denied = 0
+    w.denied, left = 0, False
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
-        if may_pass(b) and has_shapes(b):
+        if b.tree != 0 and has_shapes(b):
             travelled = norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
-            if travelled > b.margin:
-                deny(w, b)
-            if travelled + 2.0 * w.step * (norm(load(b.velocity)) + b.reach * norm(load(b.spin))) > b.margin:
+            left = left or travelled > b.margin
+            way = 2.0 * w.step * (norm(load(b.velocity)) + b.reach * norm(load(b.spin)))
+            if may_pass(b) and travelled + way > b.margin:
                 w.stale = 1
+    for i in range(w.body_count if left else 0):
+        deny(w, body_at(w.bodies, i))
     for k in range(w.guard_count):
         g = guard_at(w.guards, k)
         if not (may_pass(body_at(w.bodies, g.body_a)) or may_pass(body_at(w.bodies, g.body_b))):
