@@ -49,8 +49,8 @@ CONTACT = np.dtype((np.record, record(
     "stiffness",  # k of P = k delta^1.5 [N/m^1.5], or of a linear spring [N/m]
     "e_star", "g_star", "radius",  # effective moduli [Pa] and effective radius [m]
     "friction", "mu", "zeta",  # part of mu that spin leaves; friction coefficient and damping ratio of the touch
-    # anisotropy s of an elliptic contact, whose longer axis is the first tangent; `laws.ellipse` then replaces the law.
-    # 0: circular
+    # anisotropy s of an elliptic contact of a law that allows sectors, whose longer axis is the first tangent, see
+    # `laws.ellipse`; 0: circular
     "skew",
 )))  # fmt: skip
 """State of one contact."""

@@ -20,8 +20,8 @@ from contactlaw.world.data.kinds import BOX, END, PLANE, TANGENT
 from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED
 from contactlaw.world.data.vec import ZERO, add, load, norm, store, sub
 from contactlaw.world.near.guards import EXCEEDED, SLACK, has_shapes, separate, surface_speed
-from contactlaw.world.near.pairing import bounding_radius, complete_near, is_part, list_by_parts, list_pair
-from contactlaw.world.shapes.geometry import centre, meet
+from contactlaw.world.near.pairing import complete_near, is_part, list_by_parts, list_pair
+from contactlaw.world.shapes.geometry import bounding_radius, centre, meet
 
 # Steps that margins last at present speeds. More where few bodies have many shapes: the cost of listing grows with the
 # shapes, that of going through the list in each window with the bodies.
@@ -126,7 +126,8 @@ def list_within(w, steps, few):
     for i in range(shapes):
         s = shape_at(w.shapes, i)
         if s.kind < PLANE and not is_part(s):
-            level = level_of(w, i, smallest)
+            wide = 2.0 * (bounding_radius(s) + body_at(w.bodies, s.body).margin)
+            level = max(ceil(log2(wide / smallest) - 1e-9), 0)  # cells of level 0 are as wide as the smallest shape
             levels |= 1 << level
             set_whole(w.grid, cells + shapes + i, level)
             x, y, z = cell_of(w, i, smallest * 2.0**level)
@@ -240,12 +241,6 @@ def link_contacts(w):
 def count_slots(w):
     """Update how many slots have ever been in use: released ones are used again first, so none beyond is in use."""
     w.slots = max(w.slots, w.contact_room - w.spares)
-
-
-def level_of(w, i, smallest):
-    """Return the level of the grid that shape i is sorted into; the cells of level 0 are as wide as `smallest` [m]."""
-    s = shape_at(w.shapes, i)
-    return max(ceil(log2((bounding_radius(s) + body_at(w.bodies, s.body).margin) * 2.0 / smallest) - 1e-9), 0)
 
 
 def cell_of(w, i, width):

@@ -17,17 +17,7 @@ from contactlaw.world.data.access import body_at, guard_at, near_at, shape_at, t
 from contactlaw.world.data.kinds import BOX
 from contactlaw.world.data.records import ASKED, BOUNDED, DENIED, MEASURED, PASSES
 from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, scale, store, sub, to_body, to_world
-from contactlaw.world.near.guards import (
-    closing_bound,
-    has_shapes,
-    known_gap,
-    lead_of,
-    may_exceed_limit,
-    new_gap,
-    raise_listed_gap,
-    separate,
-    update_guard,
-)
+from contactlaw.world.near import guards
 from contactlaw.world.near.relative import motion_against
 from contactlaw.world.shapes.geometry import meet_near
 
@@ -47,7 +37,7 @@ def find_passing(world):
     w.denied = 0
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
-        if may_pass(b) and has_shapes(b):
+        if may_pass(b) and guards.has_shapes(b):
             travelled = norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
             if travelled > b.margin:
                 deny(w, b)
@@ -57,15 +47,14 @@ def find_passing(world):
         g = guard_at(w.guards, k)
         if not (may_pass(body_at(w.bodies, g.body_a)) or may_pass(body_at(w.bodies, g.body_b))):
             continue
-        lead = lead_of(w, g)
+        lead = guards.lead_of(w, g)
         if g.lead == k:
-            update_guard(w, g, w.step)
+            guards.update_guard(w, g, w.step)
         g.separated = 1 if stayed_separated(w, g) else 0
         if g.separated == 0 and left_limit(w, g, lead, w.step * max(lead.last_speed_now, lead.speed_now)):
             deny(w, body_at(w.bodies, g.body_a))
             deny(w, body_at(w.bodies, g.body_b))
-    found = True
-    first = True
+    found, first = True, True
     while found:
         found = False
         for k in range(w.nears):
@@ -73,7 +62,10 @@ def find_passing(world):
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             if not (may_pass(a) or may_pass(b)):
                 continue
-            if not (end_is_known(a) and end_is_known(b)) or (first and may_have_touched(w, p, a, b)):
+            # of a body that is at rest, or whose tree may pass, the end of the step is known
+            known = may_pass(a) or is_static(a) or a.asleep != 0
+            known = known and (may_pass(b) or is_static(b) or b.asleep != 0)
+            if not known or (first and may_have_touched(w, p, a, b)):
                 found = deny(w, a) or found
                 found = deny(w, b) or found
         first = False
@@ -92,7 +84,7 @@ def left_limit(w, g, lead, way):
     if lead.moved + way <= g.limit:
         return False
     before = g.limit - (lead.moved - lead.last_move)
-    return g.unlisted == 0 or before <= 0.0 or before + new_gap(w, g) <= way
+    return g.unlisted == 0 or before <= 0.0 or before + guards.new_gap(w, g) <= way
 
 
 def deny(w, b):
@@ -109,20 +101,15 @@ def may_pass(b):
     return b.tree != 0 and tree_at(b.tree, 0).passes != DENIED
 
 
-def end_is_known(b):
-    """Return whether a body needs no integration by the world: it is at rest, or its tree may pass."""
-    return is_static(b) or b.asleep != 0 or may_pass(b)
-
-
 def may_have_touched(w, p, a, b):
     """Return whether a pair may have touched within the step.
 
     Unless a plane has separated both throughout, sets the pair's gap at the end of the step, for the next step.
     """
-    speed = max(p.closing_bound, closing_bound(w, p, a, b))  # at both ends
+    speed = max(p.closing_bound, guards.closing_bound(w, p, a, b))  # at both ends
     if p.guard >= 0 and guard_at(w.guards, p.guard).separated != 0:
         return False
-    known = max(known_gap(w, p, 0.0), p.gap - w.step * speed)
+    known = max(guards.known_gap(w, p, 0.0), p.gap - w.step * speed)
     if known > w.step * speed:
         p.gap, p.checked = known, BOUNDED
         return False
@@ -132,7 +119,7 @@ def may_have_touched(w, p, a, b):
     overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
     now = closing_at(a, arm_a, b, arm_b, n)
     p.gap, p.closing, p.checked = -overlap, now, MEASURED
-    raise_listed_gap(w, p, 0.0)
+    guards.raise_listed_gap(w, p, 0.0)
     change = abs(now - began)
     closes, opens = began + 0.5 * change, 0.5 * change - now  # an engine's velocities may be half a step behind
     dip = DIP_SHARE * change + (closes * opens / (closes + opens) if closes > 0.0 and opens > 0.0 else 0.0)
@@ -147,12 +134,12 @@ def separate_at_start(w, g):
     g.separation = 0.0
     if shape_at(w.shapes, g.a).kind < BOX:
         return
-    if g.unlisted != 0 and not may_exceed_limit(w, g, 2.0 * w.step * lead_of(w, g).speed_now):
+    if g.unlisted != 0 and not guards.may_exceed_limit(w, g, 2.0 * w.step * guards.lead_of(w, g).speed_now):
         return
     b = body_at(w.bodies, g.body_b)
-    n, low, high = separate(w, g, to_world(b.axes, load(g.normal)))
+    n, low, high = guards.separate(w, g, to_world(b.axes, load(g.normal)))
     if low <= high:
-        n, low, high = separate(w, g, ZERO)
+        n, low, high = guards.separate(w, g, ZERO)
     store(g.normal, to_body(b.axes, n))
     g.separation = low - high
     slide, twist = motion_against(body_at(w.bodies, g.body_a), b)
@@ -177,7 +164,7 @@ def stayed_separated(w, g):
         return False
     a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
     n, h = load(g.normal), w.step
-    _, low, high = separate(w, g, to_world(b.axes, n))
+    _, low, high = guards.separate(w, g, to_world(b.axes, n))
     slide, twist = motion_against(a, b)
     rate = max(norm(twist), norm(load(g.twist)))
     turn = h * rate
