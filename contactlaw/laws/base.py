@@ -131,14 +131,8 @@ def _addresses(given: tuple[Callable[..., Any], ...], numbers: np.dtype) -> tupl
     functions = [getattr(function, "py_func", function) for function in given]
     if INTERPRETED:
         return tuple(float(address_of_python(function, numbers)) for function in functions)
-    contact, law, number = record.CONTACT_TYPE, numba.from_dtype(numbers), numba.types.float64
-    signatures = (
-        numba.types.UniTuple(number, 2)(contact, law, record.MEMORY_TYPE, number, number, number),
-        number(contact, law),
-        number(contact, law, record.MEMORY_TYPE),
-    )
     addresses = []
-    for one, signature in zip(functions, signatures, strict=True):
+    for one, signature in zip(functions, record.signatures(numba.from_dtype(numbers)), strict=True):
         try:
             ours = Path(one.__code__.co_filename).is_relative_to(PACKAGE)
             addresses.append(float(address_of(one, signature, ours=ours)))

@@ -75,12 +75,16 @@ CONTACT_TYPE = numba.from_dtype(CONTACT)
 MEMORY_TYPE = types.Array(types.float64, 2, "C")
 
 law_at: Any = element(PAIR)
-_NUMBER = types.float64
-_call_force: Any = caller(
-    types.UniTuple(_NUMBER, 2)(CONTACT_TYPE, types.uint64, MEMORY_TYPE, _NUMBER, _NUMBER, _NUMBER)
-)
-_call_stiffness: Any = caller(_NUMBER(CONTACT_TYPE, types.uint64))
-_call_energy: Any = caller(_NUMBER(CONTACT_TYPE, types.uint64, MEMORY_TYPE))
+
+
+def signatures(law: Any) -> tuple[Any, Any, Any]:
+    """Return the signatures of a law's force, stiffness and energy; law: type of its numbers."""
+    number: Any = types.float64
+    force = types.UniTuple(number, 2)(CONTACT_TYPE, law, MEMORY_TYPE, number, number, number)
+    return force, number(CONTACT_TYPE, law), number(CONTACT_TYPE, law, MEMORY_TYPE)
+
+
+_call_force, _call_stiffness, _call_energy = map(caller, signatures(types.uint64))
 
 
 @jit_inline

@@ -377,5 +377,7 @@ def advance_spinning(c, memory, numbers, moved, since, dt, roomy, dashpot):
     else:
         left = torsion.advance(c.torsion, t, pair, law, own, moved, since, dt)
     rate, inertia = dashpot
-    if inertia > 0.0:
-        torsion.damp(c.torsion, t, pair.g_t, left, rate, inertia)
+    if inertia > 0.0:  # critical, within the limit of the moment: a stuck contact would oscillate for ever
+        radius = sqrt(t.radius * t.overlap)
+        most, drag = FULL * left * t.force * radius, 2.0 * sqrt(stuck_stiffness(pair.g_t, radius) * inertia)
+        c.torsion.moment = min(max(c.torsion.moment + drag * rate, -most), most)

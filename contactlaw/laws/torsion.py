@@ -257,15 +257,4 @@ def limit_point(v, w):
     return f, m, slope * one * one * one
 
 
-def damp(state, contact, modulus, friction, rate, inertia):
-    """Add a critical damper to the moment, within its limit: a stuck contact would oscillate for ever.
-
-    rate, inertia: angular velocity [rad/s] and effective moment of inertia [kg m^2] about the normal.
-    """
-    radius = sqrt(contact.radius * contact.overlap)
-    limit = FULL * friction * contact.force * radius
-    drag = 2.0 * sqrt(stuck_stiffness(modulus, radius) * inertia)
-    state.moment = min(max(state.moment + drag * rate, -limit), limit)
-
-
 jit_module(__name__)

@@ -99,7 +99,12 @@ def complete_list(w):
     sort_near(w, w.cells)
     for k in range(w.nears):
         complete_near(w, k)
-        ignore_built_in(w, k)
+        p = near_at(w.near, k)
+        if p.slot < 0 and p.guard >= 0 and guard_at(w.guards, p.guard).unlisted != 0:  # shapes built into each other
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+            if begin_contact(w, k, overlap):
+                end_contact(p, contact_at(w.contacts, p.slot))
     list_bodies(w)
     for slot in range(w.slots):
         c = contact_at(w.contacts, slot)
@@ -212,16 +217,6 @@ def set_margins(w, time):
         if s.kind < PLANE and not is_part(s):
             smallest = min(smallest, 2.0 * (bounding_radius(s) + body_at(w.bodies, s.body).margin))
     return smallest
-
-
-def ignore_built_in(w, k):
-    """Let near pair k count as ignored if it is the only one of two shapes built into each other."""
-    p = near_at(w.near, k)
-    if p.slot < 0 and p.guard >= 0 and guard_at(w.guards, p.guard).unlisted != 0:
-        sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
-        overlap, _, _, _ = meet(sa, body_at(w.bodies, p.body_a), sb, body_at(w.bodies, p.body_b))
-        if begin_contact(w, k, overlap):
-            end_contact(p, contact_at(w.contacts, p.slot))
 
 
 def link_contacts(w):

@@ -22,10 +22,13 @@ from contactlaw.world.data.access import (
 from contactlaw.world.data.kinds import BOX, CORNER, EDGE, MEETS, PLANE, SEGMENT, SIDE, SPHERE, TANGENT
 from contactlaw.world.data.records import CLOSED, HINGE, NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body
-from contactlaw.world.near.guards import drop_guard, lead_of, new_guard, parts_margin, separate
+from contactlaw.world.near.guards import SLACK, drop_guard, lead_of, new_guard, separate
 from contactlaw.world.shapes import geometry
 from contactlaw.world.shapes.core import clip
 from contactlaw.world.trees.kinematics import is_free
+
+PARTS_STEPS = 4.0  # steps at the guard's present speed bound, for the margin up to which parts are listed
+TREE_PARTS_STEPS = 1.0  # the same in trees, of which each window goes through all near pairs
 
 
 def is_part(s):
@@ -69,10 +72,10 @@ def list_pair(w, i, j):
             return
     if sa.kind >= BOX:
         k = new_guard(w, i, j, 2.0 * w.step)
-        if k >= 0 and hinge_separates(w, guard_at(w.guards, k)):  # this costs less than to find where both are nearest
-            drop_guard(w)
-        elif k >= 0:
-            n, low, high = separate(w, guard_at(w.guards, k), ZERO)
+        if k >= 0:
+            n, low, high = ZERO, NEVER, 0.0
+            if not hinge_separates(w, guard_at(w.guards, k)):  # costs less than to find where both are nearest
+                n, low, high = separate(w, guard_at(w.guards, k), ZERO)
             if low - high > margin:
                 drop_guard(w)
             else:
@@ -98,13 +101,15 @@ def list_pair(w, i, j):
 def list_by_parts(w, k, n, low, high):
     """List the shapes of guard k by the parts by which they meet; n, low, high: of their `separate`.
 
-    If their gap is above `parts_margin`, no parts are listed, and the guard's limit is the gap. Of two shapes that are
-    built into each other only the pair of cores is listed, which is ignored. Gaps are of now, and a guard may have
-    counted motion already.
+    If their gap is above a margin, no parts are listed, and the guard's limit is the gap. Of two shapes that are built
+    into each other only the pair of cores is listed, which is ignored. Gaps are of now, and a guard may have counted
+    motion already.
     """
     g = guard_at(w.guards, k)
-    i, j, near = g.a, g.b, parts_margin(w, g)
-    counted = lead_of(w, g).moved - lead_of(w, g).lag
+    i, j, lead = g.a, g.b, lead_of(w, g)
+    a, b, counted = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b), lead.moved - lead.lag
+    steps = PARTS_STEPS if a.tree == 0 and b.tree == 0 else TREE_PARTS_STEPS
+    near = SLACK * (a.size + b.size) + steps * w.step * lead.speed
     if is_built_in(w, i, j, dot(n, n) == 0.0):
         g.limit, g.unlisted = NEVER, 1
         add_near(w, i, j, k, NEVER)

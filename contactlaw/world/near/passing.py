@@ -1,21 +1,28 @@
-"""Which trees an engine's own step has moved past all shapes without contact: the world need not integrate them.
+"""Bodies that no contact has touched in a step: they end it where the engine's own step has put them, if they can.
 
-The gap of each near pair is known at both ends of the step, and so is its closing speed. If a gap closes at first and
-opens later, it is at least as wide as where the tangents of both ends meet, as the distance of convex shapes is convex.
-It may be narrower by DIP_SHARE of the change of the closing speed, times the step. This does not show a point at an arm
-r that turns by an angle theta and closes equally fast at both ends: it leaves its chord by CUBIC r theta^3 at most. So
-in a step in which a body turns by MAX_PASSING_TURN, a graze shallower than 0.8 % of r may be missed. A pair that a
-plane fixed to B separates at both ends needs no look; there the speed along its normal counts, so that neighbours in an
-arm, which turn fast and hardly close, pass by each other.
+A free body that no contact has touched has flown exactly. Engines turn a body once a step, and leave one that turns by
+0.6 rad some 1e-3 of its size beside that. If it is inside another body there, the next step would give it the energy of
+an overlap that no motion has made. Such a body ends the step where its exact flight takes it.
+
+A tree that has passed by all shapes need not be integrated by the world. The gap of each near pair is known at both
+ends of the step, and so is its closing speed. If a gap closes at first and opens later, it is at least as wide as where
+the tangents of both ends meet, as the distance of convex shapes is convex. It may be narrower by DIP_SHARE of the
+change of the closing speed, times the step. This does not show a point at an arm r that turns by an angle theta and
+closes equally fast at both ends: it leaves its chord by CUBIC r theta^3 at most. So in a step in which a body turns by
+MAX_PASSING_TURN, a graze shallower than 0.8 % of r may be missed. A pair that a plane fixed to B separates at both ends
+needs no look; there the speed along its normal counts, so that neighbours in an arm, which turn fast and hardly close,
+pass by each other.
 """
 
 from math import sqrt
 
 from contactlaw.jit import jit_module
-from contactlaw.world.bodies.motion import closing_at, is_static
+from contactlaw.world.bodies.motion import closing_at, is_static, set_axes
 from contactlaw.world.data.access import body_at, guard_at, near_at, shape_at, tree_at, world_at
 from contactlaw.world.data.kinds import BOX
+from contactlaw.world.data.quaternion import store4
 from contactlaw.world.data.records import ASKED, BOUNDED, DENIED, MEASURED, PASSES
+from contactlaw.world.data.saved import restore_body, save_body
 from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, scale, store, sub, to_body, to_world
 from contactlaw.world.near import guards
 from contactlaw.world.near.relative import motion_against
@@ -24,6 +31,7 @@ from contactlaw.world.shapes.geometry import meet_near
 MAX_PASSING_TURN = 1.0  # [rad] by which a body may turn against another in a step for its path to count as known
 CUBIC = sqrt(3.0) / 216.0  # of h^3 f''', by which f leaves its chord over h where it closes equally fast at both ends
 DIP_SHARE = 0.125  # of step times change of closing speed, by which a gap may dip: as a parabola below its chord
+FOLLOWS = 2  # value of `BODY.done`: where the engine has the body
 
 
 def find_passing(world):
@@ -188,6 +196,52 @@ def speed_along(n, slide, twist, reach):
     axis = scale(1.0 / rate, twist)
     off = norm(cross(n, axis))
     return abs(dot(n, axis) * dot(axis, slide)) + off * (norm(cross(axis, slide)) + reach * rate)
+
+
+def may_follow(b):
+    """Return whether a body is free and awake, and nothing has touched it in this step."""
+    return b.tree == 0 and b.inverse_mass != 0.0 and b.touched == 0 and b.asleep == 0 and b.done == 0
+
+
+def follow(w, i, position, turn):
+    """Put body i where the engine's step has taken it: position [m] of its centre of mass, quaternion of its axes."""
+    save_body(w, i)
+    b = body_at(w.bodies, i)
+    store(b.position, position)
+    store4(b.quaternion, turn)
+    set_axes(b)
+    b.done = FOLLOWS
+
+
+def part(w):
+    """Put bodies that `follow` has put into others back to where they fly in the world, and mark them as touched."""
+    found = True
+    while found:
+        found = False
+        for k in range(w.nears):
+            p = near_at(w.near, k)
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            if (a.done == FOLLOWS or b.done == FOLLOWS) and meet_near(w, p, a, b)[0] > 0.0:
+                found = True
+                put_back(w, p.body_a)
+                put_back(w, p.body_b)
+
+
+def put_back(w, i):
+    """Put body i back if it follows the engine."""
+    if body_at(w.bodies, i).done == FOLLOWS:
+        restore_body(w, i)
+        body_at(w.bodies, i).touched = 1
+
+
+def overlaps(w, first, count):
+    """Return whether any of `count` bodies from a number on overlaps what it is near."""
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        own = first <= p.body_a < first + count or first <= p.body_b < first + count
+        if own and meet_near(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))[0] > 0.0:
+            return True
+    return False
 
 
 jit_module(__name__)

@@ -10,7 +10,7 @@ from contactlaw.world.data.call import ask_deepest
 from contactlaw.world.data.kinds import DISC, EDGE, PLANE, SEGMENT, SIDE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub, to_world
-from contactlaw.world.shapes.core import clip, deepest_on_line, nearest_on_core
+from contactlaw.world.shapes.core import clip, deepest_on_line, excess_of, length_and_direction, local, way_out
 from contactlaw.world.shapes.geometry import centre, half_axis, round_on_round
 
 CAPSULE_CROWN = 1e-3  # of the radius, by which the side of a capsule is lower at its ends
@@ -60,7 +60,10 @@ def meet(sa, a, sb, b, along):
         n = to_world(b.axes, load(sb.normal))
         distance = dot(d, n)
     else:
-        distance, n = nearest_on_core(d, sb, b, rounding)
+        p = local(d, sb, b)
+        distance, n = length_and_direction(excess_of(p, sb, rounding))
+        distance, n = (distance - rounding, n) if distance > 0.0 else way_out(p, sb)
+        n = to_world(b.axes, to_world(sb.axes, n))
     arm = axpy(-radius, n, from_a)
     return radius - distance, n, arm, add(arm, sub(load(a.position), load(b.position)))
 
