@@ -85,9 +85,9 @@ def predict_side(p, sa, a, sb, b, n, arm_a, left):
     half = norm(u)
     moving = sub(velocity_at(a, from_a), velocity_at(b, from_b))
     turning = sub(load(a.spin), load(b.spin))
-    middle, along = -dot(moving, n), -dot(cross(turning, u), n)
-    if sa.kind >= DISC:
-        along = norm(cross(turning, n)) * half
+    middle, along, rises, height = -dot(moving, n), norm(cross(turning, n)) * half, 0.0, p.gap
+    if sa.kind < DISC:
+        along, rises, height = -dot(cross(turning, u), n), dot(u, n), dot(sub(from_a, arm_a), n) - sa.radius
     reach_a, reach_b = norm(from_a) + half, norm(from_b) + half
     rate_a, rate_b = turn_rate(a), turn_rate(b)
     speed = norm(moving) + (rate_a + rate_b) * half
@@ -98,8 +98,6 @@ def predict_side(p, sa, a, sb, b, n, arm_a, left):
         horizon = LARGEST_TURN / (rate_a + rate_b)
     p.acceleration += GROWN * curving + change_bound(a, reach_a, horizon) + change_bound(b, reach_b, horizon)
     p.closing = middle + abs(along)
-    rises = dot(u, n) if sa.kind < DISC else 0.0
-    height = dot(sub(from_a, arm_a), n) - sa.radius if sa.kind < DISC else p.gap
     shared = clip((p.gap - height) / rises) if rises != 0.0 else 1.0
     wait = NEVER
     for s in (-1.0, 1.0, shared):
