@@ -1,5 +1,6 @@
 """One impact of two bodies in SI units: velocities after the impact, history of forces, energy ledger."""
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import hypot, inf, isfinite, isinf, nan, sqrt
@@ -8,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contactlaw import checks
-from contactlaw.impact import MOST_STEPS, check_steps, nodes_for
+from contactlaw.impact import CHI_BOUNDS, MOST_STEPS, RESOLUTION, check_steps
 from contactlaw.laws.hertz import LINEAR_STIFFNESS
 from contactlaw.laws.normal_motion import SCALED_DEEPEST, TRACK, Motion, normal_motion
 from contactlaw.pair import ContactPair, warn_of_depth
@@ -163,7 +164,8 @@ def collide(
         unit = pair.friction * mass * approach**2 / length, rate**2 * pair.kappa * mass, rate
         after = rate * law.on_line.impact(motion, chi, unit, speed / rate, track)
     else:
-        law = law.with_nodes(2 * nodes_for(chi))  # forces during an impact need more nodes than the rebound
+        nodes, _ = RESOLUTION[bisect_left(CHI_BOUNDS, chi)]
+        law = law.with_nodes(2 * nodes)  # forces during an impact need more nodes than the rebound
         p = pair.parameters(radius, law.memory)
         after = impact_by_steps(p, *law.new_contact(), motion, scale, deepest, speed, track)
     force, history = np.empty((steps + 1, 3)), np.empty(steps + 1, HISTORY)

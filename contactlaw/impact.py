@@ -103,11 +103,6 @@ def _by_steps(law: Law, zeta: float, steps: int, psi: Array, chi: Array, out: Ar
     )
 
 
-def nodes_for(chi: float) -> int:
-    """Nodes of the microslip law for an impact at this chi."""
-    return RESOLUTION[bisect_left(CHI_BOUNDS, chi)][0]
-
-
 def check_steps(steps: int, chi: float) -> None:
     """Raise ValueError if an impact at this chi is unstable with so few steps."""
     needed = ceil(STABLE_STEPS * sqrt(chi))

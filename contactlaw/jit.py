@@ -208,7 +208,7 @@ def _faster_compilation() -> Iterator[None]:
             gc.enable()
 
 
-class _Report:
+class _Report(event.Listener):
     """Reports each compilation on stderr: its subject, its usual time, and that it happens once."""
 
     def __init__(self) -> None:
@@ -240,30 +240,24 @@ class _Report:
             self.settings.close()
             self.seconds += perf_counter() - self.began
 
+    def on_start(self, event: Any) -> None:
+        """Note the compilation of a function of this package, an event of numba."""
+        if event.data["dispatcher"].py_func.__module__.startswith("contactlaw."):
+            self.begin()
+
+    def on_end(self, event: Any) -> None:
+        """Note its end."""
+        if event.data["dispatcher"].py_func.__module__.startswith("contactlaw."):
+            self.end()
+
 
 _report = _Report()
+event.register("numba:compile", _report)
 
 
 def seconds_compiling() -> float:
     """Return the time [s] that this process has spent compiling, for estimates of the time that a run takes."""
     return _report.seconds
-
-
-class _Listener(event.Listener):
-    @staticmethod
-    def ours(event: Any) -> bool:
-        return event.data["dispatcher"].py_func.__module__.startswith("contactlaw.")
-
-    def on_start(self, event: Any) -> None:
-        if self.ours(event):
-            _report.begin()
-
-    def on_end(self, event: Any) -> None:
-        if self.ours(event):
-            _report.end()
-
-
-event.register("numba:compile", _Listener())
 
 
 @contextmanager

@@ -60,11 +60,11 @@ def compiled() -> None:
     """Load all compiled code before any time is measured."""
     import mujoco
 
-    from contactlaw.world.data.demand import ALONG, IMPLICIT, SLEEP, SPIN, START_COASTING, supply
+    from contactlaw.world.data.demand import IMPLICIT, SLEEP, SPIN, START_COASTING, supply
 
     model = with_law(EVERY_SHAPE)
     mujoco.mj_step(model, mujoco.MjData(model))
-    for what in (ALONG, IMPLICIT, START_COASTING, SLEEP, SPIN):
+    for what in (IMPLICIT, START_COASTING, SLEEP, SPIN):
         supply(what)
 
 

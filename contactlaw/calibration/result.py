@@ -40,11 +40,6 @@ class Estimate:
     upper: float | None = None
     note: str = ""
 
-    @property
-    def determined(self) -> bool:
-        """Whether the parameter has a value."""
-        return self.value is not None
-
     def __str__(self) -> str:
         if self.value is None:
             bounds = [f"at least {self.lower:.3g}"] if self.lower is not None else []

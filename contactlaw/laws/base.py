@@ -24,19 +24,6 @@ Impacts = Callable[[Array, Array, Array], object]
 PACKAGE = Path(__file__).parents[1]  # folder of the sources that key the cache
 
 
-def mindlin_stiffness(contact: Any, law: Any) -> float:
-    """Tangential stiffness [N/m] of a contact that sticks everywhere."""
-    return stuck_stiffness(contact)
-
-
-def energy_of_force(contact: Any, law: Any, memory: Any) -> float:
-    """Elastic energy F^2/(4 G* a) [J], with F the force of the springs, without friction's share of the damper."""
-    if contact.ratio <= 0.0 or contact.overlap <= 0.0:
-        return 0.0
-    f, g = contact.f / contact.ratio, contact.g / contact.ratio
-    return (f * f + g * g) / (2.0 * stuck_stiffness(contact))
-
-
 @dataclass(frozen=True)
 class Law:
     """Law of the tangential force of a contact, as a function of its motion.
@@ -57,6 +44,7 @@ class Law:
         memory: Number of vectors in the tangent plane that the law remembers of a contact.
         linear: Whether the normal spring is linear as well.
         sectors: Whether `laws.sectors` may replace the law in contacts that spin, as both describe micro-slip.
+        on_line: Module that treats motion along a line exactly (`microslip_line`), or None.
     """
 
     name: ClassVar[str]
@@ -66,8 +54,7 @@ class Law:
     linear: ClassVar[bool] = False
     sectors: ClassVar[Any] = False
     force: ClassVar[Callable[..., tuple[float, float]]]
-    stiffness: ClassVar[Callable[..., float]] = staticmethod(mindlin_stiffness)
-    energy: ClassVar[Callable[..., float]] = staticmethod(energy_of_force)
+    on_line: ClassVar[Any] = None
 
     def __init_subclass__(cls) -> None:
         if hasattr(cls, "name"):  # a base class of several laws has no name
@@ -78,6 +65,19 @@ class Law:
             value = getattr(self, field.name)
             if isinstance(value, str | bytes | tuple) or not isfinite(value):
                 raise ValueError(f"{field.name} = {value!r}: must be a finite number")
+
+    @staticmethod
+    def stiffness(contact: Any, law: Any) -> float:
+        """Tangential stiffness [N/m] of a contact that sticks everywhere."""
+        return stuck_stiffness(contact)
+
+    @staticmethod
+    def energy(contact: Any, law: Any, memory: Any) -> float:
+        """Elastic energy F^2/(4 G* a) [J], with F the force of the springs, without friction's share of the damper."""
+        if contact.ratio <= 0.0 or contact.overlap <= 0.0:
+            return 0.0
+        f, g = contact.f / contact.ratio, contact.g / contact.ratio
+        return (f * f + g * g) / (2.0 * stuck_stiffness(contact))
 
     def with_nodes(self, suggested: int | None) -> Law:
         """Return the law with a definite number of vectors: the suggested number if the law leaves it open."""
@@ -116,11 +116,6 @@ class Law:
         """
         return None
 
-    @property
-    def on_line(self) -> Any:
-        """Module that treats motion along a line exactly (`microslip_line`), or None."""
-        return None
-
 
 KNOWN: dict[str, type[Law]] = {}
 """All laws whose files have been imported, by name; of two with the same name, the later one."""
@@ -136,14 +131,8 @@ def _addresses(given: tuple[Callable[..., Any], ...], numbers: np.dtype) -> tupl
     functions = [getattr(function, "py_func", function) for function in given]
     if INTERPRETED:
         return tuple(float(address_of_python(function, numbers)) for function in functions)
-    contact, law, number = record.CONTACT_TYPE, numba.from_dtype(numbers), numba.types.float64
-    signatures = (
-        numba.types.UniTuple(number, 2)(contact, law, record.MEMORY_TYPE, number, number, number),
-        number(contact, law),
-        number(contact, law, record.MEMORY_TYPE),
-    )
     addresses = []
-    for one, signature in zip(functions, signatures, strict=True):
+    for one, signature in zip(functions, record.signatures(numba.from_dtype(numbers)), strict=True):
         try:
             ours = Path(one.__code__.co_filename).is_relative_to(PACKAGE)
             addresses.append(float(address_of(one, signature, ours=ours)))

@@ -18,16 +18,12 @@ This q is the nearest to t in the norm of energy, so friction dissipates energy 
 method on 1/|q|, as in trust-region methods; for s = 0 the first step is exact.
 """
 
-from collections import namedtuple
 from math import sqrt
 
-from numba import carray  # pyright: ignore[reportPrivateImportUsage]
-
-from contactlaw.jit import jit_inline
+from contactlaw.jit import jit, jit_inline
 from contactlaw.laws.nodes import follow, levers, step_of
 from contactlaw.laws.record import SPRUNG
 from contactlaw.laws.slip import carried
-from contactlaw.memory import doubles_at
 
 ROOTS = 3  # steps of Newton's method; s is at most 0.17 if 1/kappa is below 1.25
 
@@ -52,9 +48,9 @@ def returned(u, v, limit, cu, cv):
     return back * x, back * y
 
 
-@jit_inline
-def advance(contact, law, memory, du, dv):
-    """Update the tangential force as `Microslip.force` does; the first tangent is the longer axis of the contact."""
+@jit
+def force_on_ellipse(contact, law, memory, du, dv):
+    """`Microslip.force` of an elliptic contact, whose first tangent is its longer axis."""
     follow(contact, law, memory)
     contact.state = SPRUNG
     cu, cv = 1.0 + contact.skew, 1.0 - contact.skew
@@ -73,17 +69,4 @@ def advance(contact, law, memory, du, dv):
         memory[0, i], memory[1, i] = u, v
         pull_u += law.w[i] * u
         pull_v += law.w[i] * v
-    contact.f, contact.g = carried(contact, pull_u * share, pull_v * share)
-
-
-Nodes = namedtuple("Nodes", "x x2 w")
-
-
-def advance_elliptic(c, numbers, memory, count, du, dv):
-    """Call `advance` for contact c of a world; this is called by address, as most scenes do not need it.
-
-    numbers, memory: addresses of the law's parameters and of its history. count: of nodes. du, dv: of A over B [m].
-    """
-    n = int(count)
-    own = carray(doubles_at(numbers), 3 * n)
-    advance(c.touch, Nodes(own[:n], own[n : 2 * n], own[2 * n :]), carray(doubles_at(memory), (2, n)), du, dv)
+    return carried(contact, pull_u * share, pull_v * share)

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from contactlaw.jit import jit_inline, jit_of_sums
 from contactlaw.laws import microslip_line, whole_impacts
 from contactlaw.laws.base import Impacts, Law
+from contactlaw.laws.ellipse import force_on_ellipse
 from contactlaw.laws.nodes import follow, levers, step_of
 from contactlaw.laws.record import LASTING, OPEN, SLIDING, SPRUNG, UNSHEARED, record_of
 from contactlaw.laws.shear_loss import displace_viscous, loads, retardation
@@ -85,6 +86,8 @@ class Microslip(Law):
     @staticmethod
     def force(contact, law, memory, du, dv, dt):
         """Displace all nodes and sum their tractions, both scaled by P over the load of the nodes."""
+        if contact.skew != 0.0:
+            return force_on_ellipse(contact, law, memory, du, dv)
         if (dt > 0.0 and keeps_turning(contact, du, dv)) or keeps_sliding(contact, law, memory, du, dv):
             return contact.f, contact.g
         share, lever = levers(contact, law)

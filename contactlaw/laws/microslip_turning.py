@@ -25,6 +25,7 @@ import numpy as np
 
 from contactlaw.jit import jit, jit_inline, jit_module, jit_of_sums
 from contactlaw.laws.base import Array
+from contactlaw.laws.ellipse import force_on_ellipse
 from contactlaw.laws.microslip import Microslip, displace, keeps_sliding
 from contactlaw.laws.nodes import levers, step_of
 from contactlaw.laws.record import record_of
@@ -271,7 +272,9 @@ class MicroslipTurning(Microslip):
 
     @staticmethod
     def force(contact, law, memory, du, dv, dt):
-        """Force of `Microslip`, but with the limit on the surface if tractions differ in direction."""
+        """Force of `Microslip`, but with the limit on the surface if tractions on a circle differ in direction."""
+        if contact.skew != 0.0:
+            return force_on_ellipse(contact, law, memory, du, dv)
         if keeps_sliding(contact, law, memory, du, dv):
             return contact.f, contact.g
         share, lever = levers(contact, law)

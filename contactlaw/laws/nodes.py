@@ -18,31 +18,24 @@ def step_of(contact, du, dv):
 
 
 @jit_of_sums
-def shares(nodes, s2, overlap, before, whole):
-    """The force `whole` at a step's end, as delta^1.5, over the load of the nodes; its mean over a growing step."""
-    gained = max(overlap - max(before, 0.0), 1e-15 * overlap)
-    load, more = 1e-200, 1e-200
-    for i in range(nodes.w.size):
-        z = max(overlap - s2 * nodes.x2[i], 0.0)
-        new = min(z, gained)
-        load += nodes.w[i] * z
-        more += nodes.w[i] * new * (z - 0.5 * new)
-    y = gained / overlap
-    # (1 - (1 - y)^2.5)/(2.5 y) within 1e-3, and exact for long and for short steps
-    mean = 1.0 - y * (0.75 - y * (0.125 + y * (0.015625 + 0.0046875 * y * (1.0 + y))))
-    return whole / load, whole * mean * gained / more
-
-
-@jit_inline
 def levers(contact, law):
     """Factor [m] from the sum of the nodes' tractions to the force, and factor from the displacement to the nodes'.
 
     Both are P over the load of the nodes, so that their work is that of the contact. While the contact grows, the
     second is a mean over the step, as loads of single nodes have kinks in time and P has none.
     """
-    s2, whole = contact.scale * contact.scale / contact.radius, contact.elastic / contact.e_star
-    share, mean = shares(law, s2, contact.overlap, contact.before, whole)
-    return share, 0.5 * mean / contact.scale
+    s2, overlap = contact.scale * contact.scale / contact.radius, contact.overlap
+    gained = max(overlap - max(contact.before, 0.0), 1e-15 * overlap)
+    load, more = 1e-200, 1e-200
+    for i in range(law.w.size):
+        z = max(overlap - s2 * law.x2[i], 0.0)
+        new = min(z, gained)
+        load += law.w[i] * z
+        more += law.w[i] * new * (z - 0.5 * new)
+    y, whole = gained / overlap, contact.elastic / contact.e_star
+    # (1 - (1 - y)^2.5)/(2.5 y) within 1e-3, and exact for long and for short steps
+    mean = 1.0 - y * (0.75 - y * (0.125 + y * (0.015625 + 0.0046875 * y * (1.0 + y))))
+    return whole / load, 0.5 * whole * mean * gained / (more * contact.scale)
 
 
 @jit
@@ -64,10 +57,8 @@ def regrid(contact, law, memory, new_span):
     Then all are scaled to keep the total force, unless that would raise the elastic energy, the sum of w q^2: a change
     of the nodes must not add energy.
     """
-    n, span, x, w = law.w.size, contact.scale, law.x, law.w
-    old = memory.copy()
-    edge = sqrt(contact.radius * max(contact.before, 0.0)) / span
-    active = 0
+    n, span, x, w, old = law.w.size, contact.scale, law.x, law.w, memory.copy()
+    edge, active = sqrt(contact.radius * max(contact.before, 0.0)) / span, 0
     while active < n and x[active] < edge:
         active += 1
     both, square, energy, new_energy = 0.0, 0.0, 0.0, 0.0
@@ -76,18 +67,14 @@ def regrid(contact, law, memory, new_span):
         soft = 1.0 + contact.skew if side == 0 else 1.0 - contact.skew
         for i in range(n):
             at = x[i] * new_span / span
-            value = 0.0
+            value, j = 0.0, 0
+            while j < active and x[j] < at:
+                j += 1
             if active > 0 and at < edge:
-                j = 0
-                while j < active and x[j] < at:
-                    j += 1
-                if j == 0:
-                    value = old[side, 0]
-                else:
-                    right = x[j] if j < active else edge
-                    top = old[side, j] if j < active else 0.0
-                    value = old[side, j - 1]
-                    value += (top - value) * (at - x[j - 1]) / (right - x[j - 1])
+                value = old[side, max(j - 1, 0)]
+            if j > 0 and at < edge:
+                right, top = (x[j], old[side, j]) if j < active else (edge, 0.0)
+                value += (top - value) * (at - x[j - 1]) / (right - x[j - 1])
             memory[side, i] = value
             force += span * w[i] * old[side, i]
             new_force += new_span * w[i] * value
@@ -101,6 +88,4 @@ def regrid(contact, law, memory, new_span):
         scale = 1.0
     if scale * scale * new_energy > energy:
         scale = sqrt(energy / new_energy)
-    for side in range(2):
-        for i in range(n):
-            memory[side, i] *= scale
+    memory *= scale

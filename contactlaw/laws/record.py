@@ -49,8 +49,8 @@ CONTACT = np.dtype((np.record, record(
     "stiffness",  # k of P = k delta^1.5 [N/m^1.5], or of a linear spring [N/m]
     "e_star", "g_star", "radius",  # effective moduli [Pa] and effective radius [m]
     "friction", "mu", "zeta",  # part of mu that spin leaves; friction coefficient and damping ratio of the touch
-    # anisotropy s of an elliptic contact, whose longer axis is the first tangent; `laws.ellipse` then replaces the law.
-    # 0: circular
+    # anisotropy s of an elliptic contact of a law that allows sectors, whose longer axis is the first tangent, see
+    # `laws.ellipse`; 0: circular
     "skew",
 )))  # fmt: skip
 """State of one contact."""
@@ -75,12 +75,16 @@ CONTACT_TYPE = numba.from_dtype(CONTACT)
 MEMORY_TYPE = types.Array(types.float64, 2, "C")
 
 law_at: Any = element(PAIR)
-_NUMBER = types.float64
-_call_force: Any = caller(
-    types.UniTuple(_NUMBER, 2)(CONTACT_TYPE, types.uint64, MEMORY_TYPE, _NUMBER, _NUMBER, _NUMBER)
-)
-_call_stiffness: Any = caller(_NUMBER(CONTACT_TYPE, types.uint64))
-_call_energy: Any = caller(_NUMBER(CONTACT_TYPE, types.uint64, MEMORY_TYPE))
+
+
+def signatures(law: Any) -> tuple[Any, Any, Any]:
+    """Return the signatures of a law's force, stiffness and energy; law: type of its numbers."""
+    number: Any = types.float64
+    force = types.UniTuple(number, 2)(CONTACT_TYPE, law, MEMORY_TYPE, number, number, number)
+    return force, number(CONTACT_TYPE, law), number(CONTACT_TYPE, law, MEMORY_TYPE)
+
+
+_call_force, _call_stiffness, _call_energy = map(caller, signatures(types.uint64))
 
 
 @jit_inline

@@ -72,12 +72,6 @@ def _abel(torsion):
     return np.ascontiguousarray(-np.diff(np.diff(h, axis=1), axis=0))
 
 
-def _compliance(surface, springs):
-    """Compliance between rings whose forces are those of the line's springs transformed by `surface`."""
-    line = np.linalg.inv(surface)
-    return line.T @ (springs[:, None] * line)
-
-
 def _arms():
     """Lever arms rho of the rings over the span, from the limits of theta and q of a contact with p = 1 - x^2."""
     sine2, depth = np.sin(0.5 * np.pi * (np.arange(200) + 0.5) / 200) ** 2, 1.0 - LINE**2
@@ -92,10 +86,9 @@ def _arms():
 
 ARMS = _arms()
 SLIDE, SWIRL = _abel(False), np.ascontiguousarray(_abel(True) / ARMS[:, None])
-# Compliances between rings: of f, times G*; of s, times G_t.
-COMPLIANCE = np.stack(
-    [_compliance(SLIDE, np.full(RINGS, 2.0 / RINGS)), _compliance(SWIRL, 16.0 / 3.0 * np.diff(RIMS**3))]
-)
+# Compliances between rings: of f, times G*; of s, times G_t. Their forces are those of the line's springs, transformed.
+LINES, SPRINGS = np.linalg.inv([SLIDE, SWIRL]), np.stack([np.full(RINGS, 2.0 / RINGS), 16.0 / 3.0 * np.diff(RIMS**3)])
+COMPLIANCE = LINES.transpose(0, 2, 1) @ (SPRINGS[:, :, None] * LINES)
 
 
 @jit
@@ -285,18 +278,15 @@ def pull_back(memory, before, limit, soft, known):
             x, y = before[0, i, k], before[1, i, k]
             back = min(limit[i] / sqrt(x * x + y * y + 1e-300), 1.0)
             before[0, i, k], before[1, i, k] = back * x, back * y
-            memory[0, i, k] += back * x
-            memory[1, i, k] += back * y
+    memory += before
     f, g, m = resultant(before)
     least = energy + work(start, (-f, -g, -m), moves) - stored(before, soft)
     bend = max(stored(memory, soft), 1e-300)  # 0 if no ring is in contact any more
     rise = gain - least + bend
     share = (rise + sqrt(max(rise * rise + 4.0 * bend * least, 0.0))) / (2.0 * bend)
     share = min(max(share, 0.0), 1.0)
-    for i in range(RINGS):
-        for k in range(SECTORS):
-            memory[0, i, k] = share * memory[0, i, k] - before[0, i, k]
-            memory[1, i, k] = share * memory[1, i, k] - before[1, i, k]
+    memory *= share
+    memory -= before
     return least + share * (rise - share * bend)
 
 
@@ -359,11 +349,8 @@ def hand_over(contact, state, memory, modulus):
     """
     count, radius = memory.size // 2, sqrt(contact.radius * max(contact.before, 0.0))
     held = 1.0 / (2.0 * radius * contact.ratio) if radius * contact.ratio > 0.0 else 0.0
-    turned = state.moment / stuck_stiffness(modulus, radius) if radius > 0.0 else 0.0
-    for i in range(count):
-        memory[i], memory[count + i] = held * contact.f, held * contact.g
-    for i in range(state.twists.size):
-        state.twists[i] = turned
+    memory[:count], memory[count:] = held * contact.f, held * contact.g
+    state.twists[:] = state.moment / stuck_stiffness(modulus, radius) if radius > 0.0 else 0.0
     contact.state, contact.scale = SPRUNG, state.span
 
 
@@ -390,5 +377,7 @@ def advance_spinning(c, memory, numbers, moved, since, dt, roomy, dashpot):
     else:
         left = torsion.advance(c.torsion, t, pair, law, own, moved, since, dt)
     rate, inertia = dashpot
-    if inertia > 0.0:
-        torsion.damp(c.torsion, t, pair.g_t, left, rate, inertia)
+    if inertia > 0.0:  # critical, within the limit of the moment: a stuck contact would oscillate for ever
+        radius = sqrt(t.radius * t.overlap)
+        most, drag = FULL * left * t.force * radius, 2.0 * sqrt(stuck_stiffness(pair.g_t, radius) * inertia)
+        c.torsion.moment = min(max(c.torsion.moment + drag * rate, -most), most)

@@ -55,9 +55,7 @@ def slides_on(contact, du, dv, given_up):
 
 def sliding_direction(contact):
     """Direction of the tangential force of a sliding contact; (0, 0) if the force is zero."""
-    size = sqrt(contact.f * contact.f + contact.g * contact.g)
-    if size == 0.0:
-        return 0.0, 0.0
+    size = max(sqrt(contact.f * contact.f + contact.g * contact.g), 1e-300)
     return contact.f / size, contact.g / size
 
 

@@ -3,7 +3,7 @@
 from contactlaw.jit import jit_inline, jit_module
 from contactlaw.laws.hertz import BY_ITSELF, greatest_overlap, hertz_stiffness, normal_force, stiffness_foreseen
 from contactlaw.laws.oscillator import restitution
-from contactlaw.laws.record import EXPANDING, LASTING, OPEN, PRESSED, SLIDING, SPRUNG, SPUN, ask_force
+from contactlaw.laws.record import EXPANDING, LASTING, OPEN, PRESSED, SLIDING, SPRUNG, ask_force
 
 MARGIN = 1.0404  # on the greatest overlap foreseen, for errors of the steps: 1.02 squared, 2 % of the contact radius
 
@@ -37,12 +37,7 @@ def prescribe(contact, pair, deepest):
 
 
 def ask(contact, pair, law, memory, du, dv, dt):
-    """Update the tangential force of a contact by its law, for its present normal forces; see `record.ask_force`.
-
-    Sectors and elliptic contacts (`laws.sectors`, `laws.ellipse`) update their force themselves.
-    """
-    if contact.state == SPUN or contact.skew != 0.0:
-        return
+    """Update the tangential force of a contact by its law, for its present normal forces; see `record.ask_force`."""
     if contact.friction == 0.0:
         contact.state = SLIDING
         return

@@ -89,7 +89,7 @@ def advance(state, contact, pair, law, memory, moved, since, dt):
     left = limits(state, contact, *moved)
     own, twists, span = memory[: 2 * int(pair.vectors)], state.twists[:], state.span
     was, turned, f, g, m, gain = own, twists, contact.f, contact.g, state.moment, 0.0
-    lowered = left[0] * left[1] < 1.0 and contact.state >= SPRUNG and contact.skew == 0.0
+    lowered = left[0] * left[1] < 1.0 and contact.state >= SPRUNG
     if lowered and contact.overlap >= contact.before:
         was, turned = own.copy(), twists.copy()
         gain = ask_energy(pair, contact, law, memory) + stored(state, contact, pair.g_t)
@@ -206,15 +206,12 @@ def limits(state, contact, du, dv, angle):
     u, v = contact.f + stretch * du, contact.g + stretch * dv
     force = full * sqrt(u * u + v * v)
     moment = full * abs(state.moment / radius + stretch * radius * angle)
-    kept = 1.0
-    if contact.state == SLIDING:  # the law initialises its springs by the present friction when the contact sticks
-        kept = contact.friction / contact.mu
-    if force + moment / FULL <= 1.0:
-        return kept, 1.0
-    f, m, outside = nearest(force, moment)
-    if not outside:
-        return kept, 1.0
-    return max(f, LEAST), m / FULL
+    if force + moment / FULL > 1.0:
+        f, m, outside = nearest(force, moment)
+        if outside:
+            return max(f, LEAST), m / FULL
+    # the law initialises its springs by the present friction when the contact sticks
+    return contact.friction / contact.mu if contact.state == SLIDING else 1.0, 1.0
 
 
 @jit_of_sums
@@ -258,17 +255,6 @@ def limit_point(v, w):
     slope = 3.0 * pi / 32.0 * (4.0 - 3.0 * s2)
     f, m = 3.0 * pi / 32.0 * s * (4.0 - s2), 3.0 * pi / 128.0 * (8.0 - s2 * (8.0 - 3.0 * s2))
     return f, m, slope * one * one * one
-
-
-def damp(state, contact, modulus, friction, rate, inertia):
-    """Add a critical damper to the moment, within its limit: a stuck contact would oscillate for ever.
-
-    rate, inertia: angular velocity [rad/s] and effective moment of inertia [kg m^2] about the normal.
-    """
-    radius = sqrt(contact.radius * contact.overlap)
-    limit = FULL * friction * contact.force * radius
-    drag = 2.0 * sqrt(stuck_stiffness(modulus, radius) * inertia)
-    state.moment = min(max(state.moment + drag * rate, -limit), limit)
 
 
 jit_module(__name__)

@@ -122,7 +122,7 @@ def sets_of(
         joined = not single and (sides[one].parent == two or sides[two].parent == one)
         return not joined and not (one[0] in fixed and two[0] in fixed)
 
-    sets = Sets([side.key for side in a], [side.key for side in b], lambda key: key).among(allow)
+    sets = Sets([side.key for side in a], [side.key for side in b], lambda key: key, allow)
     for name, other in others:
         twice = sets.common(other.sets)
         if twice:

@@ -26,9 +26,8 @@ from contactlaw.world.data.demand import COAST, START_COASTING
 from contactlaw.world.data.records import NEVER, TWIST_ALWAYS, TWIST_LATER, TWIST_NOW
 from contactlaw.world.data.vec import load, norm, store, sub
 from contactlaw.world.near.guards import gap_bound, meet_half_space, raise_listed_gap
-from contactlaw.world.near.places import takes_known_gap
 from contactlaw.world.near.time_of_impact import predict
-from contactlaw.world.shapes.geometry import meet_near
+from contactlaw.world.shapes.geometry import meet_near, takes_known_gap
 from contactlaw.world.sleep import fall_asleep
 from contactlaw.world.window import list_at_hand
 

@@ -5,13 +5,13 @@ from math import isfinite, sqrt
 from contactlaw.jit import jit_inline, jit_module
 from contactlaw.laws import rolling, speeds, torsion
 from contactlaw.laws.hertz import BY_ITSELF, elastic_force
-from contactlaw.laws.record import LASTING, OPEN, PAIR_SIZE, SPUN, ask_energy, ask_stiffness
+from contactlaw.laws.record import LASTING, OPEN, SPUN, ask_energy, ask_stiffness
 from contactlaw.laws.slip import AT_LIMIT, stuck_stiffness
 from contactlaw.laws.step import ask, press
 from contactlaw.world.bodies.motion import max_inverse_inertia, spin_change
 from contactlaw.world.data.access import body_at, pair_at
-from contactlaw.world.data.call import address, call_along, call_spin, ready
-from contactlaw.world.data.demand import ALONG, SPIN
+from contactlaw.world.data.call import address, call_spin, ready
+from contactlaw.world.data.demand import SPIN
 from contactlaw.world.data.materials import law_numbers, law_of, memory_of, speed_numbers
 from contactlaw.world.data.records import TWIST_ALWAYS, TWIST_LATER
 from contactlaw.world.data.saved import restore_law_state
@@ -63,8 +63,6 @@ def advance_contact(w, c, slot, moved, slide, dt, motion):
         c.pending_twist, c.twist_overlap = 0.0, 0.0
     else:
         ask(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, du, dv, dt)
-    if t.skew != 0.0 and t.state != SPUN and ready(w, ALONG):
-        call_along(address(w, ALONG), c, numbers + 8 * PAIR_SIZE, own, law.vectors, du, dv)
     if damped:
         add_dashpot(t, slide[0], slide[1])
     return pressed

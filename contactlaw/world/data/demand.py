@@ -16,9 +16,9 @@ import numpy as np
 from contactlaw.jit import address_of, compiling
 
 # Functions that `supply` makes, as places in `TABLE`
-STEP, IMPLICIT, SPIN, ALONG, READ, SLEEP, COAST, START_COASTING, ROLL = range(9)
+STEP, IMPLICIT, SPIN, READ, SLEEP, COAST, START_COASTING, ROLL = range(8)
 # Further places: `_supply`; whether an exception is pending; Py_AddPendingCall, PyObject_IsTrue and `PENDING_ERROR`
-ASK, PENDING, ADD_CALL, IS_TRUE, ERROR_OBJECT = range(9, 14)
+ASK, PENDING, ADD_CALL, IS_TRUE, ERROR_OBJECT = range(8, 13)
 
 TABLE = np.zeros(ERROR_OBJECT + 1, np.uint64)
 """Addresses; zero: not compiled yet."""
@@ -27,7 +27,7 @@ TABLE = np.zeros(ERROR_OBJECT + 1, np.uint64)
 def supply(what: int) -> int:
     """Compile one of the functions, and those always needed with it, if that is to be done; returns its address."""
     # these modules import this one
-    from contactlaw.laws import ellipse, sectors
+    from contactlaw.laws import sectors
     from contactlaw.world import sleep, state, step
     from contactlaw.world.contacts import coasting, rolling
     from contactlaw.world.data import call
@@ -38,7 +38,6 @@ def supply(what: int) -> int:
         STEP: ("", 0, [(STEP, step.step_once, call.call_step)]),
         READ: ("states that are set back", 2, [(READ, state.read_at, call.call_read)]),
         IMPLICIT: ("persistent contacts", 8, [(IMPLICIT, implicit_step.take_implicit_steps, call.call_on_world)]),
-        ALONG: ("elliptic contacts", 2, [(ALONG, ellipse.advance_elliptic, call.call_along)]),
         SLEEP: ("bodies that fall asleep", 1, [(SLEEP, sleep.sleep_if_balanced, call.call_on_island)]),
         ROLL: ("rolling resistance", 1, [(ROLL, rolling.advance_rolling, call.call_roll)]),
         SPIN: ("contacts that spin", 4, [(SPIN, sectors.advance_spinning, call.call_spin)]),

@@ -1,4 +1,4 @@
-"""Kinds of shapes. Of two shapes that touch, A is the one of the lower kind; `near.pairing.meets` says which do.
+"""Kinds of shapes. Of two shapes that touch, A is the one of the lower kind; `MEETS` says which do.
 
 SPHERE: meets all shapes but the ends of capsules. END: a sphere too, one end of a capsule; it meets boxes and planes
 only. SEGMENT: the side of a capsule, which meets round shapes, and the edges of boxes and hulls. BOX, CYLINDER, HULL (a
@@ -12,6 +12,15 @@ before each step where an engine has found two shapes nearest; its pair is alway
 """
 
 SPHERE, END, CORNER, SEGMENT, EDGE, DISC, SIDE, ELLIPSOID, BOX, CYLINDER, HULL, PLANE, HEIGHT_FIELD, TANGENT = range(14)
+
+_MET = {
+    SPHERE: {SPHERE, SEGMENT, *range(ELLIPSOID, TANGENT + 1)}, **dict.fromkeys((END, CORNER), range(BOX, TANGENT + 1)),
+    SEGMENT: {SEGMENT, ELLIPSOID, BOX, CYLINDER, HULL, HEIGHT_FIELD}, EDGE: {BOX, CYLINDER, HULL, HEIGHT_FIELD},
+    DISC: {BOX, CYLINDER, HULL, PLANE, HEIGHT_FIELD}, SIDE: {CYLINDER, HEIGHT_FIELD},
+    ELLIPSOID: {ELLIPSOID, BOX, CYLINDER, HULL, PLANE, HEIGHT_FIELD}, BOX: {HULL}, HULL: {HULL},
+}  # fmt: skip
+MEETS = tuple(sum(1 << other for other in _MET.get(kind, ())) for kind in range(TANGENT + 1))
+"""Which kinds each kind meets, of its own number or a higher one: bits, the least one of kind 0."""
 
 # Contacts at once that there is room for, for each round shape by its kind; of a hull with its parts. (Balls of any
 # sizes that do not overlap have at most 7.5 contacts a ball, Kuperberg & Schramm 1994.)

@@ -58,7 +58,7 @@ BODY = record(
     turning=VECTOR,  # angular acceleration [rad/s^2] in a tree; `acceleration` is that of its centre there
     # within a step
     active="i8",  # 1: it is near something (window), or a closed contact presses on it (sleep, implicit step)
-    done="i8",  # 1: its step is over; FOLLOWS: and it is where the engine has it, see `near.following`
+    done="i8",  # 1: its step is over; FOLLOWS: and it is where the engine has it, see `near.passing`
     unknown="i8",  # index of its first velocity among the unknowns of an implicit step; -1: none
     pause="i8", last_pause="i8",  # steps for which no implicit step is tried with it, < PAUSE_LIMIT: left, and in all
     asleep="i8", held=VECTOR,  # acceleration when it fell asleep; in a tree see `trees.mobility.stop`

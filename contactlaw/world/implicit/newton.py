@@ -27,9 +27,8 @@ from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.saved import restore_contact, save_contact
 from contactlaw.world.data.vec import ZERO, cross, dot, load, scale, store, sub, to_body
 from contactlaw.world.implicit.equations import equations_of, mass_address
-from contactlaw.world.near.places import takes_known_gap
 from contactlaw.world.shapes.core import set_back
-from contactlaw.world.shapes.geometry import centre, half_axis, meet_near
+from contactlaw.world.shapes.geometry import centre, half_axis, meet_near, takes_known_gap
 from contactlaw.world.trees.kinematics import vector
 
 # Tolerances: how far a contact may still move between two iterations

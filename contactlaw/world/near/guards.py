@@ -28,9 +28,7 @@ from contactlaw.world.shapes.geometry import centre, half_axis
 EXCEEDED = -NEVER  # limit of a guard of which the listed parts no longer do
 ROUNDING = 1e-15  # of the trace of M0^T M
 PRISM_EXCESS = 0.003  # of a cylinder's radius; it is wider than the prism of `gjk.STAVE` by (1 - cos(pi/32))/2 = 0.0024
-SLACK = 0.2  # of a body's smallest radius: part of its margin, and of `parts_margin`, that does not depend on speed
-PARTS_STEPS = 4.0  # steps at the guard's present speed bound, for `parts_margin`
-TREE_PARTS_STEPS = 1.0  # the same in trees, of which each window goes through all near pairs
+SLACK = 0.2  # of a body's smallest radius: part of its margin, and of that of parts, that does not depend on speed
 LOOKS = 3  # evaluations of a bound on a mean speed to find until when two cores stay apart
 NEAREST = 1.0 / 16.0  # of the time left: times of impact that are nearer are found for each pair of parts
 
@@ -128,13 +126,6 @@ def path_bound(w, g, time):
     """Return a bound on how far [m] a point of A has moved against B, from the list to a time of the step [s]."""
     g = lead_of(w, g)
     return g.moved + g.lag + max(time - g.time, 0.0) * g.speed
-
-
-def parts_margin(w, g):
-    """Return the gap [m] of two whole shapes up to which their parts are listed."""
-    a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
-    steps = PARTS_STEPS if a.tree == 0 and b.tree == 0 else TREE_PARTS_STEPS
-    return SLACK * (a.size + b.size) + steps * w.step * lead_of(w, g).speed
 
 
 def sweep_radius(s):

@@ -20,8 +20,8 @@ from contactlaw.world.data.kinds import BOX, END, PLANE, TANGENT
 from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED
 from contactlaw.world.data.vec import ZERO, add, load, norm, store, sub
 from contactlaw.world.near.guards import EXCEEDED, SLACK, has_shapes, separate, surface_speed
-from contactlaw.world.near.pairing import bounding_radius, complete_near, is_part, list_by_parts, list_pair
-from contactlaw.world.shapes.geometry import centre, meet
+from contactlaw.world.near.pairing import complete_near, is_part, list_by_parts, list_pair
+from contactlaw.world.shapes.geometry import bounding_radius, centre, meet
 
 # Steps that margins last at present speeds. More where few bodies have many shapes: the cost of listing grows with the
 # shapes, that of going through the list in each window with the bodies.
@@ -99,7 +99,12 @@ def complete_list(w):
     sort_near(w, w.cells)
     for k in range(w.nears):
         complete_near(w, k)
-        ignore_built_in(w, k)
+        p = near_at(w.near, k)
+        if p.slot < 0 and p.guard >= 0 and guard_at(w.guards, p.guard).unlisted != 0:  # shapes built into each other
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+            if begin_contact(w, k, overlap):
+                end_contact(p, contact_at(w.contacts, p.slot))
     list_bodies(w)
     for slot in range(w.slots):
         c = contact_at(w.contacts, slot)
@@ -126,7 +131,8 @@ def list_within(w, steps, few):
     for i in range(shapes):
         s = shape_at(w.shapes, i)
         if s.kind < PLANE and not is_part(s):
-            level = level_of(w, i, smallest)
+            wide = 2.0 * (bounding_radius(s) + body_at(w.bodies, s.body).margin)
+            level = max(ceil(log2(wide / smallest) - 1e-9), 0)  # cells of level 0 are as wide as the smallest shape
             levels |= 1 << level
             set_whole(w.grid, cells + shapes + i, level)
             x, y, z = cell_of(w, i, smallest * 2.0**level)
@@ -213,16 +219,6 @@ def set_margins(w, time):
     return smallest
 
 
-def ignore_built_in(w, k):
-    """Let near pair k count as ignored if it is the only one of two shapes built into each other."""
-    p = near_at(w.near, k)
-    if p.slot < 0 and p.guard >= 0 and guard_at(w.guards, p.guard).unlisted != 0:
-        sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
-        overlap, _, _, _ = meet(sa, body_at(w.bodies, p.body_a), sb, body_at(w.bodies, p.body_b))
-        if begin_contact(w, k, overlap):
-            end_contact(p, contact_at(w.contacts, p.slot))
-
-
 def link_contacts(w):
     """Link the contacts of each shape A into a list; see `pairing.slot_of`."""
     heads = w.cells + 2 * w.shape_count
@@ -240,12 +236,6 @@ def link_contacts(w):
 def count_slots(w):
     """Update how many slots have ever been in use: released ones are used again first, so none beyond is in use."""
     w.slots = max(w.slots, w.contact_room - w.spares)
-
-
-def level_of(w, i, smallest):
-    """Return the level of the grid that shape i is sorted into; the cells of level 0 are as wide as `smallest` [m]."""
-    s = shape_at(w.shapes, i)
-    return max(ceil(log2((bounding_radius(s) + body_at(w.bodies, s.body).margin) * 2.0 / smallest) - 1e-9), 0)
 
 
 def cell_of(w, i, width):
@@ -280,36 +270,31 @@ def list_around(w, i, level, width, cells):
 
 
 def sort_near(w, counts):
-    """Sort near pairs of which only shapes, guard and gap are set: by counting for A, by insertion for B.
+    """Sort near pairs of which only shapes, guard and gap are set: by counting for B, then for A, in that order.
 
     counts: where `WORLD.grid` has room for one number for each shape.
     """
-    for i in range(w.shape_count):
-        set_whole(w.grid, counts + i, 0)
-    for k in range(w.nears):
-        place = counts + near_at(w.near, k).a
-        set_whole(w.grid, place, whole_at(w.grid, place) + 1)
-    first = 0
-    for i in range(w.shape_count):
-        count = whole_at(w.grid, counts + i)
-        set_whole(w.grid, counts + i, first)
-        first += count
-    for k in range(w.nears):  # fields that are not set yet take the sorted shapes, guards and gaps
-        p = near_at(w.near, k)
-        i = whole_at(w.grid, counts + p.a)
-        set_whole(w.grid, counts + p.a, i + 1)
-        q = near_at(w.near, i)
-        q.body_a, q.body_b, q.pair, q.gap = p.a, p.b, p.guard, p.listed_gap
-    for k in range(w.nears):
-        p = near_at(w.near, k)
-        a, b, guard, listed = p.body_a, p.body_b, p.pair, p.gap
-        i = k
-        while i > 0 and near_at(w.near, i - 1).a == a and near_at(w.near, i - 1).b > b:
-            before, q = near_at(w.near, i - 1), near_at(w.near, i)
-            q.a, q.b, q.guard, q.listed_gap = a, before.b, before.guard, before.listed_gap
-            i -= 1
-        q = near_at(w.near, i)
-        q.a, q.b, q.guard, q.listed_gap = a, b, guard, listed
+    for by_a in range(2):
+        for i in range(w.shape_count):
+            set_whole(w.grid, counts + i, 0)
+        for k in range(w.nears):
+            p = near_at(w.near, k)
+            place = counts + (p.a if by_a != 0 else p.b)
+            set_whole(w.grid, place, whole_at(w.grid, place) + 1)
+        first = 0
+        for i in range(w.shape_count):
+            count = whole_at(w.grid, counts + i)
+            set_whole(w.grid, counts + i, first)
+            first += count
+        for k in range(w.nears):  # fields that are not set yet take the sorted shapes, guards and gaps
+            p = near_at(w.near, k)
+            place = counts + (p.a if by_a != 0 else p.b)
+            q = near_at(w.near, whole_at(w.grid, place))
+            set_whole(w.grid, place, whole_at(w.grid, place) + 1)
+            q.body_a, q.body_b, q.pair, q.gap = p.a, p.b, p.guard, p.listed_gap
+        for k in range(w.nears):
+            p = near_at(w.near, k)
+            p.a, p.b, p.guard, p.listed_gap = p.body_a, p.body_b, p.pair, p.gap
 
 
 jit_module(__name__)

@@ -19,36 +19,16 @@ from contactlaw.world.data.access import (
     shape_at,
     tree_at,
 )
-from contactlaw.world.data.kinds import (
-    BOX,
-    CORNER,
-    CYLINDER,
-    DISC,
-    EDGE,
-    ELLIPSOID,
-    HEIGHT_FIELD,
-    HULL,
-    PLANE,
-    SEGMENT,
-    SIDE,
-    SPHERE,
-    TANGENT,
-)
+from contactlaw.world.data.kinds import BOX, CORNER, EDGE, MEETS, PLANE, SEGMENT, SIDE, SPHERE, TANGENT
 from contactlaw.world.data.records import CLOSED, HINGE, NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body
-from contactlaw.world.near.guards import drop_guard, lead_of, new_guard, parts_margin, separate
-from contactlaw.world.near.places import places_of
+from contactlaw.world.near.guards import SLACK, drop_guard, lead_of, new_guard, separate
+from contactlaw.world.shapes import geometry
 from contactlaw.world.shapes.core import clip
-from contactlaw.world.shapes.geometry import (
-    IGNORED,
-    bounding_radius,
-    centre,
-    half_axis,
-    is_ignored,
-    lies_over_face,
-    meet,
-)
 from contactlaw.world.trees.kinematics import is_free
+
+PARTS_STEPS = 4.0  # steps at the guard's present speed bound, for the margin up to which parts are listed
+TREE_PARTS_STEPS = 1.0  # the same in trees, of which each window goes through all near pairs
 
 
 def is_part(s):
@@ -58,21 +38,7 @@ def is_part(s):
 
 def meets(kind_a, kind_b):
     """Return whether shapes of two kinds can touch; kind_a <= kind_b."""
-    if kind_a == SPHERE:
-        return kind_b in (SPHERE, SEGMENT) or kind_b >= ELLIPSOID
-    if kind_a < SEGMENT:
-        return kind_b >= BOX
-    if kind_a == SEGMENT:
-        return kind_b in (SEGMENT, HEIGHT_FIELD) or ELLIPSOID <= kind_b <= HULL
-    if kind_a == EDGE:
-        return BOX <= kind_b <= HULL or kind_b == HEIGHT_FIELD
-    if kind_a == DISC:
-        return BOX <= kind_b <= HEIGHT_FIELD
-    if kind_a == SIDE:
-        return kind_b in (CYLINDER, HEIGHT_FIELD)
-    if kind_a == ELLIPSOID:
-        return kind_b <= HEIGHT_FIELD
-    return kind_b == HULL and kind_a in (BOX, HULL)
+    return (MEETS[kind_a] >> kind_b) & 1 != 0
 
 
 def pair_of(w, i, j):
@@ -100,55 +66,50 @@ def list_pair(w, i, j):
     a, b = body_at(w.bodies, sa.body), body_at(w.bodies, sb.body)
     margin, guard = a.margin + b.margin, -1
     if sb.kind < PLANE:
-        d = add(sub(load(a.position), load(b.position)), sub(centre(sa, a), centre(sb, b)))
-        far = margin + bounding_radius(sa) + bounding_radius(sb)
+        d = add(sub(load(a.position), load(b.position)), sub(geometry.centre(sa, a), geometry.centre(sb, b)))
+        far = margin + geometry.bounding_radius(sa) + geometry.bounding_radius(sb)
         if dot(d, d) > far * far:
             return
     if sa.kind >= BOX:
-        list_cores(w, i, j, margin)
+        k = new_guard(w, i, j, 2.0 * w.step)
+        if k >= 0:
+            n, low, high = ZERO, NEVER, 0.0
+            if not hinge_separates(w, guard_at(w.guards, k)):  # costs less than to find where both are nearest
+                n, low, high = separate(w, guard_at(w.guards, k), ZERO)
+            if low - high > margin:
+                drop_guard(w)
+            else:
+                list_by_parts(w, k, n, low, high)
         return
-    gap, places = -NEVER, places_of(sa, sb)
+    gap, places = -NEVER, geometry.places_of(sa, sb)
     if places == 0:
         return
     if sb.kind != SPHERE and sb.kind != TANGENT:
-        overlap, _, _, _ = meet(sa, a, sb, b)
+        overlap, _, _, _ = geometry.meet(sa, a, sb, b)
         gap = -overlap
     if places > 1:  # the nearest place may have been missed, which `geometry.meet_place` seeks with more care
-        margin, gap = margin + bounding_radius(sa), (gap if gap > margin + bounding_radius(sa) else -NEVER)
+        margin += geometry.bounding_radius(sa)
+        gap = gap if gap > margin else -NEVER
     if gap > margin:
         return
-    if sa.kind >= SEGMENT or ELLIPSOID <= sb.kind <= HULL or sb.kind == HEIGHT_FIELD:
+    if sa.kind >= SEGMENT or (sb.kind > SEGMENT and sb.kind != PLANE and sb.kind != TANGENT):
         guard = new_guard(w, i, j, w.step)
     for place in range(places):
         add_near(w, i, j + place, guard, gap)
 
 
-def list_cores(w, i, j, margin):
-    """List two cores, or a core and a plane, if they are near and can meet."""
-    k = new_guard(w, i, j, 2.0 * w.step)
-    if k < 0:
-        return
-    g = guard_at(w.guards, k)
-    if hinge_separates(w, g):  # this costs less than to find where both are nearest
-        drop_guard(w)
-        return
-    n, low, high = separate(w, g, ZERO)
-    if low - high > margin:
-        drop_guard(w)
-    else:
-        list_by_parts(w, k, n, low, high)
-
-
 def list_by_parts(w, k, n, low, high):
     """List the shapes of guard k by the parts by which they meet; n, low, high: of their `separate`.
 
-    If their gap is above `parts_margin`, no parts are listed, and the guard's limit is the gap. Of two shapes that are
-    built into each other only the pair of cores is listed, which is ignored. Gaps are of now, and a guard may have
-    counted motion already.
+    If their gap is above a margin, no parts are listed, and the guard's limit is the gap. Of two shapes that are built
+    into each other only the pair of cores is listed, which is ignored. Gaps are of now, and a guard may have counted
+    motion already.
     """
     g = guard_at(w.guards, k)
-    i, j, near = g.a, g.b, parts_margin(w, g)
-    counted = lead_of(w, g).moved - lead_of(w, g).lag
+    i, j, lead = g.a, g.b, lead_of(w, g)
+    a, b, counted = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b), lead.moved - lead.lag
+    steps = PARTS_STEPS if a.tree == 0 and b.tree == 0 else TREE_PARTS_STEPS
+    near = SLACK * (a.size + b.size) + steps * w.step * lead.speed
     if is_built_in(w, i, j, dot(n, n) == 0.0):
         g.limit, g.unlisted = NEVER, 1
         add_near(w, i, j, k, NEVER)
@@ -167,22 +128,20 @@ def list_by_parts(w, k, n, low, high):
 def is_built_in(w, i, j, overlap):
     """Return whether two cores count as built into each other, so that they do not touch until they have parted.
 
-    They belong to one mechanism, and their cores overlapped when they were first looked at: no motion has brought them
-    there, and there is no normal along which they could push. overlap: whether the cores overlap now.
+    They belong to one mechanism, a tree with what it hangs on and carries, and their cores overlapped when they were
+    first looked at: no motion has brought them there, and there is no normal along which they could push. overlap:
+    whether the cores overlap now.
     """
     sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
-    if not (meets(sa.kind, sb.kind) and sb.kind < PLANE and is_one_mechanism(w, sa.body, sb.body)):
+    if sb.kind >= PLANE or not meets(sa.kind, sb.kind):
+        return False
+    own, other = body_at(w.bodies, sa.body).tree, body_at(w.bodies, sb.body).tree
+    if (own == 0 or own != other) and root_of(w, sa.body) != root_of(w, sb.body):
         return False
     slot = slot_of(w, i, j)
     if slot >= 0:
-        return contact_at(w.contacts, slot).initial_overlap >= IGNORED
+        return geometry.is_ignored(contact_at(w.contacts, slot))
     return overlap and pair_at(w.pairs, pair_of(w, i, j)).relaxed != 0
-
-
-def is_one_mechanism(w, i, j):
-    """Return whether two bodies belong to one tree, or one that is carried by the other or its carrier."""
-    own = body_at(w.bodies, i).tree
-    return (own != 0 and own == body_at(w.bodies, j).tree) or root_of(w, i) == root_of(w, j)
 
 
 def root_of(w, i):
@@ -235,13 +194,13 @@ def list_parts(w, shapes, n, top, listing):
     the top of a large floor are near that plane, so parts that are far from the sphere around the second shape are left
     out too.
     """
-    i, j = shapes
-    guard, margin, counted = listing
+    (i, j), (guard, margin, counted) = shapes, listing
     other, body = shape_at(w.shapes, j), body_at(w.bodies, shape_at(w.shapes, i).body)
     to, far, n = ZERO, NEVER, to_body(body.axes, n)
     if other.kind < PLANE:
         b = body_at(w.bodies, other.body)
-        to, far = add(sub(load(b.position), load(body.position)), centre(other, b)), margin + bounding_radius(other)
+        to = add(sub(load(b.position), load(body.position)), geometry.centre(other, b))
+        far = margin + geometry.bounding_radius(other)
     k = shape_at(w.shapes, i).next
     while k != 0:
         s = shape_at(w.shapes, k)
@@ -249,22 +208,15 @@ def list_parts(w, shapes, n, top, listing):
         if s.kind != CORNER:
             gap -= abs(dot(n, load(s.half))) if s.kind == EDGE else norm(load(s.half))
         twice = s.kind == SIDE and s.body < other.body  # two sides meet once
-        near = gap <= margin and meets(s.kind, other.kind) and not twice
-        near = near and distance_bound(sub(to, centre(s, body)), half_axis(s, body), s) <= far
-        if near and not lies_over_face(s, body, other, body_at(w.bodies, other.body), margin):
-            for place in range(places_of(s, other)):
-                add_near(w, k, j + place, guard, gap + counted)
+        if gap <= margin and meets(s.kind, other.kind) and not twice:
+            d, u = sub(to, geometry.centre(s, body)), geometry.half_axis(s, body)
+            if s.kind == EDGE:
+                d, u = axpy(-clip(dot(d, u) / dot(u, u)), u, d), ZERO
+            near = norm(d) - s.radius - norm(u) <= far
+            if near and not geometry.lies_over_face(s, body, other, body_at(w.bodies, other.body), margin):
+                for place in range(geometry.places_of(s, other)):
+                    add_near(w, k, j + place, guard, gap + counted)
         k = s.next
-
-
-def distance_bound(d, u, s):
-    """Return a lower bound on the distance [m] of a point from a part s.
-
-    d: vector to the point from the part's middle; u: its half axis.
-    """
-    if s.kind == EDGE:
-        d = axpy(-clip(dot(d, u) / dot(u, u)), u, d)
-    return norm(d) - s.radius - (0.0 if s.kind == EDGE else norm(u))
 
 
 def add_near(w, i, j, guard, gap):
@@ -283,17 +235,14 @@ def complete_near(w, k):
     p.body_a, p.body_b = shape_at(w.shapes, p.a).body, shape_at(w.shapes, p.b).body
     p.pair = pair_of(w, p.a, p.b)
     sb = shape_at(w.shapes, p.b)
-    p.first, p.places = k - sb.place, places_of(shape_at(w.shapes, p.a), sb)
-    p.slot = -1
-    p.initial_overlap = 0.0
-    p.closed, p.active = 0, 0
+    p.first, p.places = k - sb.place, geometry.places_of(shape_at(w.shapes, p.a), sb)
+    p.slot, p.closed, p.active, p.initial_overlap, p.checked = -1, 0, 0, 0.0, -1.0
     p.toi, p.path_limit, p.gap, p.closing, p.acceleration, p.closing_bound = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    p.checked = -1.0
     slot = slot_of(w, p.a, p.b)
     if slot >= 0:
         c = contact_at(w.contacts, slot)
         p.slot, p.initial_overlap = slot, c.initial_overlap
-        p.listed_gap = NEVER if is_ignored(p) else p.listed_gap
+        p.listed_gap = NEVER if geometry.is_ignored(p) else p.listed_gap
         p.closed = 1 if c.phase == CLOSED else 0
         c.near = k
 

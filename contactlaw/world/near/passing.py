@@ -1,39 +1,37 @@
-"""Which trees an engine's own step has moved past all shapes without contact: the world need not integrate them.
+"""Bodies that no contact has touched in a step: they end it where the engine's own step has put them, if they can.
 
-The gap of each near pair is known at both ends of the step, and so is its closing speed. If a gap closes at first and
-opens later, it is at least as wide as where the tangents of both ends meet, as the distance of convex shapes is convex.
-It may be narrower by DIP_SHARE of the change of the closing speed, times the step. This does not show a point at an arm
-r that turns by an angle theta and closes equally fast at both ends: it leaves its chord by CUBIC r theta^3 at most. So
-in a step in which a body turns by MAX_PASSING_TURN, a graze shallower than 0.8 % of r may be missed. A pair that a
-plane fixed to B separates at both ends needs no look; there the speed along its normal counts, so that neighbours in an
-arm, which turn fast and hardly close, pass by each other.
+A free body that no contact has touched has flown exactly. Engines turn a body once a step, and leave one that turns by
+0.6 rad some 1e-3 of its size beside that. If it is inside another body there, the next step would give it the energy of
+an overlap that no motion has made. Such a body ends the step where its exact flight takes it.
+
+A tree that has passed by all shapes need not be integrated by the world. The gap of each near pair is known at both
+ends of the step, and so is its closing speed. If a gap closes at first and opens later, it is at least as wide as where
+the tangents of both ends meet, as the distance of convex shapes is convex. It may be narrower by DIP_SHARE of the
+change of the closing speed, times the step. This does not show a point at an arm r that turns by an angle theta and
+closes equally fast at both ends: it leaves its chord by CUBIC r theta^3 at most. So in a step in which a body turns by
+MAX_PASSING_TURN, a graze shallower than 0.8 % of r may be missed. A pair that a plane fixed to B separates at both ends
+needs no look; there the speed along its normal counts, so that neighbours in an arm, which turn fast and hardly close,
+pass by each other.
 """
 
 from math import sqrt
 
 from contactlaw.jit import jit_module
-from contactlaw.world.bodies.motion import closing_at, is_static
+from contactlaw.world.bodies.motion import closing_at, is_static, set_axes
 from contactlaw.world.data.access import body_at, guard_at, near_at, shape_at, tree_at, world_at
 from contactlaw.world.data.kinds import BOX
+from contactlaw.world.data.quaternion import store4
 from contactlaw.world.data.records import ASKED, BOUNDED, DENIED, MEASURED, PASSES
+from contactlaw.world.data.saved import restore_body, save_body
 from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, scale, store, sub, to_body, to_world
-from contactlaw.world.near.guards import (
-    closing_bound,
-    has_shapes,
-    known_gap,
-    lead_of,
-    may_exceed_limit,
-    new_gap,
-    raise_listed_gap,
-    separate,
-    update_guard,
-)
+from contactlaw.world.near import guards
 from contactlaw.world.near.relative import motion_against
 from contactlaw.world.shapes.geometry import meet_near
 
 MAX_PASSING_TURN = 1.0  # [rad] by which a body may turn against another in a step for its path to count as known
 CUBIC = sqrt(3.0) / 216.0  # of h^3 f''', by which f leaves its chord over h where it closes equally fast at both ends
 DIP_SHARE = 0.125  # of step times change of closing speed, by which a gap may dip: as a parabola below its chord
+FOLLOWS = 2  # value of `BODY.done`: where the engine has the body
 
 
 def find_passing(world):
@@ -47,7 +45,7 @@ def find_passing(world):
     w.denied, left = 0, False
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
-        if b.tree != 0 and has_shapes(b):
+        if b.tree != 0 and guards.has_shapes(b):
             travelled = norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
             left = left or travelled > b.margin
             way = 2.0 * w.step * (norm(load(b.velocity)) + b.reach * norm(load(b.spin)))
@@ -59,15 +57,14 @@ def find_passing(world):
         g = guard_at(w.guards, k)
         if not (may_pass(body_at(w.bodies, g.body_a)) or may_pass(body_at(w.bodies, g.body_b))):
             continue
-        lead = lead_of(w, g)
+        lead = guards.lead_of(w, g)
         if g.lead == k:
-            update_guard(w, g, w.step)
+            guards.update_guard(w, g, w.step)
         g.separated = 1 if stayed_separated(w, g) else 0
         if g.separated == 0 and left_limit(w, g, lead, w.step * max(lead.last_speed_now, lead.speed_now)):
             deny(w, body_at(w.bodies, g.body_a))
             deny(w, body_at(w.bodies, g.body_b))
-    found = True
-    first = True
+    found, first = True, True
     while found:
         found = False
         for k in range(w.nears):
@@ -75,7 +72,10 @@ def find_passing(world):
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             if not (may_pass(a) or may_pass(b)):
                 continue
-            if not (end_is_known(a) and end_is_known(b)) or (first and may_have_touched(w, p, a, b)):
+            # of a body that is at rest, or whose tree may pass, the end of the step is known
+            known = may_pass(a) or is_static(a) or a.asleep != 0
+            known = known and (may_pass(b) or is_static(b) or b.asleep != 0)
+            if not known or (first and may_have_touched(w, p, a, b)):
                 found = deny(w, a) or found
                 found = deny(w, b) or found
         first = False
@@ -94,7 +94,7 @@ def left_limit(w, g, lead, way):
     if lead.moved + way <= g.limit:
         return False
     before = g.limit - (lead.moved - lead.last_move)
-    return g.unlisted == 0 or before <= 0.0 or before + new_gap(w, g) <= way
+    return g.unlisted == 0 or before <= 0.0 or before + guards.new_gap(w, g) <= way
 
 
 def deny(w, b):
@@ -111,20 +111,15 @@ def may_pass(b):
     return b.tree != 0 and tree_at(b.tree, 0).passes != DENIED
 
 
-def end_is_known(b):
-    """Return whether a body needs no integration by the world: it is at rest, or its tree may pass."""
-    return is_static(b) or b.asleep != 0 or may_pass(b)
-
-
 def may_have_touched(w, p, a, b):
     """Return whether a pair may have touched within the step.
 
     Unless a plane has separated both throughout, sets the pair's gap at the end of the step, for the next step.
     """
-    speed = max(p.closing_bound, closing_bound(w, p, a, b))  # at both ends
+    speed = max(p.closing_bound, guards.closing_bound(w, p, a, b))  # at both ends
     if p.guard >= 0 and guard_at(w.guards, p.guard).separated != 0:
         return False
-    known = max(known_gap(w, p, 0.0), p.gap - w.step * speed)
+    known = max(guards.known_gap(w, p, 0.0), p.gap - w.step * speed)
     if known > w.step * speed:
         p.gap, p.checked = known, BOUNDED
         return False
@@ -134,7 +129,7 @@ def may_have_touched(w, p, a, b):
     overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
     now = closing_at(a, arm_a, b, arm_b, n)
     p.gap, p.closing, p.checked = -overlap, now, MEASURED
-    raise_listed_gap(w, p, 0.0)
+    guards.raise_listed_gap(w, p, 0.0)
     change = abs(now - began)
     closes, opens = began + 0.5 * change, 0.5 * change - now  # an engine's velocities may be half a step behind
     dip = DIP_SHARE * change + (closes * opens / (closes + opens) if closes > 0.0 and opens > 0.0 else 0.0)
@@ -149,12 +144,12 @@ def separate_at_start(w, g):
     g.separation = 0.0
     if shape_at(w.shapes, g.a).kind < BOX:
         return
-    if g.unlisted != 0 and not may_exceed_limit(w, g, 2.0 * w.step * lead_of(w, g).speed_now):
+    if g.unlisted != 0 and not guards.may_exceed_limit(w, g, 2.0 * w.step * guards.lead_of(w, g).speed_now):
         return
     b = body_at(w.bodies, g.body_b)
-    n, low, high = separate(w, g, to_world(b.axes, load(g.normal)))
+    n, low, high = guards.separate(w, g, to_world(b.axes, load(g.normal)))
     if low <= high:
-        n, low, high = separate(w, g, ZERO)
+        n, low, high = guards.separate(w, g, ZERO)
     store(g.normal, to_body(b.axes, n))
     g.separation = low - high
     slide, twist = motion_against(body_at(w.bodies, g.body_a), b)
@@ -179,7 +174,7 @@ def stayed_separated(w, g):
         return False
     a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
     n, h = load(g.normal), w.step
-    _, low, high = separate(w, g, to_world(b.axes, n))
+    _, low, high = guards.separate(w, g, to_world(b.axes, n))
     slide, twist = motion_against(a, b)
     rate = max(norm(twist), norm(load(g.twist)))
     turn = h * rate
@@ -203,6 +198,52 @@ def speed_along(n, slide, twist, reach):
     axis = scale(1.0 / rate, twist)
     off = norm(cross(n, axis))
     return abs(dot(n, axis) * dot(axis, slide)) + off * (norm(cross(axis, slide)) + reach * rate)
+
+
+def may_follow(b):
+    """Return whether a body is free and awake, and nothing has touched it in this step."""
+    return b.tree == 0 and b.inverse_mass != 0.0 and b.touched == 0 and b.asleep == 0 and b.done == 0
+
+
+def follow(w, i, position, turn):
+    """Put body i where the engine's step has taken it: position [m] of its centre of mass, quaternion of its axes."""
+    save_body(w, i)
+    b = body_at(w.bodies, i)
+    store(b.position, position)
+    store4(b.quaternion, turn)
+    set_axes(b)
+    b.done = FOLLOWS
+
+
+def part(w):
+    """Put bodies that `follow` has put into others back to where they fly in the world, and mark them as touched."""
+    found = True
+    while found:
+        found = False
+        for k in range(w.nears):
+            p = near_at(w.near, k)
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            if (a.done == FOLLOWS or b.done == FOLLOWS) and meet_near(w, p, a, b)[0] > 0.0:
+                found = True
+                put_back(w, p.body_a)
+                put_back(w, p.body_b)
+
+
+def put_back(w, i):
+    """Put body i back if it follows the engine."""
+    if body_at(w.bodies, i).done == FOLLOWS:
+        restore_body(w, i)
+        body_at(w.bodies, i).touched = 1
+
+
+def overlaps(w, first, count):
+    """Return whether any of `count` bodies from a number on overlaps what it is near."""
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        own = first <= p.body_a < first + count or first <= p.body_b < first + count
+        if own and meet_near(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))[0] > 0.0:
+            return True
+    return False
 
 
 jit_module(__name__)

@@ -16,20 +16,17 @@ class Sets:
     Args:
         ones, twos: Geoms, or their ids, in order.
         body_of: Returns the body of a geom. Geoms of one body may touch only if each set has a single geom.
+        allow: Returns whether two geoms may touch, besides; None: all may.
     """
 
-    def __init__(self, ones: Iterable[Any], twos: Iterable[Any], body_of: Callable[[Any], Any]) -> None:
+    def __init__(
+        self, ones: Iterable[Any], twos: Iterable[Any], body_of: Callable[[Any], Any],
+        allow: Callable[[Any, Any], bool] | None = None,
+    ) -> None:  # fmt: skip
         self._ranks = [{geom: rank for rank, geom in enumerate(dict.fromkeys(geoms))} for geoms in (ones, twos)]
         self.ones, self.twos = (list(ranks) for ranks in self._ranks)
         self.geoms = list(dict.fromkeys((*self.ones, *self.twos)))
-        self._body_of, self._single = body_of, len(self.ones) == len(self.twos) == 1
-        self._allow: Callable[[Any, Any], bool] = lambda one, two: True
-
-    def among(self, allow: Callable[[Any, Any], bool]) -> Sets:
-        """Return these sets without the pairs that `allow(one, two)` excludes."""
-        out = Sets(self.ones, self.twos, self._body_of)
-        out._allow = allow
-        return out
+        self._body_of, self._allow, self._single = body_of, allow, len(self.ones) == len(self.twos) == 1
 
     def hold(self, one: Any, two: Any) -> bool:
         """Return whether two geoms may touch."""
@@ -49,25 +46,19 @@ class Sets:
 
     def example(self, ones: Iterable[Any], twos: Iterable[Any]) -> tuple[Any, Any] | None:
         """Return two geoms that may touch, of subsets of the first and of the second set; None: there are none."""
-        ones, twos = list(ones), list(twos)
-        found = ((one, two) for one, two in _rows(ones, twos) if self._may_touch(one, two))
+        found = (pair for pair in _rows(list(ones), list(twos)) if self._may_touch(*pair))
         return next(found, None)
 
     def common(self, other: Sets) -> tuple[Any, Any] | None:
         """Return two geoms that may touch by these sets and by other ones; None: there are none."""
-        straight = self.example((a for a in self.ones if a in other._ranks[0]),
-                                (b for b in self.twos if b in other._ranks[1]))  # fmt: skip
-        return straight or self.example((a for a in self.ones if a in other._ranks[1]),
-                                        (b for b in self.twos if b in other._ranks[0]))  # fmt: skip
+        first, second = other._ranks
+        straight = self.example(filter(first.__contains__, self.ones), filter(second.__contains__, self.twos))
+        return straight or self.example(filter(second.__contains__, self.ones), filter(first.__contains__, self.twos))
 
     def by_kinds(self, kind_of: Callable[[Any], Hashable]) -> Iterator[tuple[Any, Any]]:
         """Yield two geoms that may touch for each two kinds that have such geoms."""
-        ones, twos = (groups(geoms, kind_of) for geoms in (self.ones, self.twos))
-        for one in ones.values():
-            for two in twos.values():
-                found = self.example(one, two)
-                if found:
-                    yield found
+        ones, twos = (groups(geoms, kind_of).values() for geoms in (self.ones, self.twos))
+        yield from filter(None, (self.example(one, two) for one in ones for two in twos))
 
     def every(self, among: Callable[[Any], bool] = lambda _: True) -> Iterator[tuple[Any, Any]]:
         """Yield, once each, pairs with a geom for which `among` is true; by default all pairs, one by one."""
@@ -80,7 +71,8 @@ class Sets:
                     yield one, two
 
     def _may_touch(self, one: Any, two: Any) -> bool:
-        return one != two and (self._single or self._body_of(one) != self._body_of(two)) and self._allow(one, two)
+        apart = one != two and (self._single or self._body_of(one) != self._body_of(two))
+        return apart and (self._allow is None or self._allow(one, two))
 
 
 def groups(geoms: Iterable[Any], kind_of: Callable[[Any], Hashable]) -> dict[Any, list[Any]]:

@@ -19,15 +19,9 @@ from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.saved import scratch_body
 from contactlaw.world.data.vec import add, dot, load, norm, sub
 from contactlaw.world.near.guards import cores_stay_apart, meet_half_space, raise_listed_gap, takes_known_time
-from contactlaw.world.near.places import takes_known_gap
-from contactlaw.world.shapes.geometry import centre, meet_near
+from contactlaw.world.shapes.geometry import centre, meet_near, takes_known_gap
 
 CLEAR_HEIGHT = 0.01  # of A's radius: where A is higher over a separating plane, its gap is taken from that plane
-
-
-def speed_growth_bound(b, time):
-    """Return a bound [m/s^2] on how fast rotation and joints raise the speed of a body's points, within a time [s]."""
-    return turning_bound(b, time) * b.reach + change_bound(b, b.reach, time)
 
 
 def time_to_spheres(sa, a, sb, b, n, top, left):
@@ -104,18 +98,17 @@ def find_time(w, p, a, b, now, left):
     if overlap > 0.0:
         return
     if sb.kind == HEIGHT_FIELD:  # not convex: the gap closes at most as fast as any point moves
-        p.acceleration = norm(rest) + speed_growth_bound(a, left) + speed_growth_bound(b, left)
+        p.acceleration = norm(rest)
+        for one in (a, b):  # by rotation and joints
+            p.acceleration += turning_bound(one, left) * one.reach + change_bound(one, one.reach, left)
         wait = time_to_close(p.gap, greatest_closing(a, b), p.acceleration)
         p.toi = now + wait if wait < left else NEVER
         return
     rate = turn_rate(a) + turn_rate(b)
     if rate * left > LARGEST_TURN:
         wait = time_to_spheres(sa, a, sb, b, n, dot(n, arm_b), left)
-        if not wait < left:
-            p.toi = NEVER
-            return
-        if wait * rate > LARGEST_TURN:  # further than bounds on single points look ahead
-            p.toi = now + wait
+        if not wait < left or wait * rate > LARGEST_TURN:  # further than bounds on single points look ahead
+            p.toi = now + wait if wait < left else NEVER
             return
     if sa.kind >= SEGMENT:
         ask_predict(sa.predict, p, sa, a, sb, b, n, arm_a, left)

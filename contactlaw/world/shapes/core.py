@@ -9,7 +9,7 @@ from math import copysign, sqrt
 from contactlaw.jit import jit_module
 from contactlaw.world.data.call import ask_nearest
 from contactlaw.world.data.kinds import BOX, EDGE, HULL
-from contactlaw.world.data.vec import ZERO, add, axpy, dot, norm, scale, to_body, to_world
+from contactlaw.world.data.vec import ZERO, add, axpy, dot, norm, scale, to_body
 
 ITERATIONS = 60  # of Newton's method, which ends on the right piece of the slope; guarded by bisection
 CROWN = 0.01  # of the radius, by which sides, edges and discs are lower at their middle, and again at their ends
@@ -121,22 +121,6 @@ def way_out(p, s):
     if k <= h[0] - radial or radial == 0.0:
         return -k, up
     return radial - h[0], (x / radial, y / radial, 0.0)
-
-
-def nearest_on_core(d, s, b, rounding):
-    """Return the distance [m] of a point from a core, and the unit vector from the core to it, world frame.
-
-    d: from the core's centre, world frame. rounding: of the core's edges [m]. Inside, the distance is negative, and the
-    direction is out through the nearest face.
-    """
-    p = local(d, s, b)
-    e = excess_of(p, s, rounding)
-    distance, n = length_and_direction(e)
-    if distance > 0.0:
-        distance -= rounding
-    else:
-        distance, n = way_out(p, s)
-    return distance, to_world(b.axes, to_world(s.axes, n))
 
 
 def set_back(s, u, at):

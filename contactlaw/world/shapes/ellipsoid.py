@@ -224,13 +224,10 @@ def meet(sa, a, sb, b, _along):
         arm_a = facing(sa, a, scale(-1.0, n))
         arm_b = add(arm_a, d)
         return dot(sub(centre(sb, b), arm_b), n), n, arm_a, arm_b
-    if sa.kind == ELLIPSOID:
-        n, gap, y, around = nearest_to_ellipsoid(sa, a, sb, b)
-        arm = axpy(0.5 * (around + gap), n, y)
-        return around - gap, n, sub(arm, d), arm
-    n, gap, y, around = nearest_to_ellipsoid(sb, b, sa, a)
+    own = sa.kind == ELLIPSOID
+    n, gap, y, around = nearest_to_ellipsoid(sa, a, sb, b) if own else nearest_to_ellipsoid(sb, b, sa, a)
     arm = axpy(0.5 * (around + gap), n, y)
-    return around - gap, scale(-1.0, n), arm, add(arm, d)
+    return (around - gap, n, sub(arm, d), arm) if own else (around - gap, scale(-1.0, n), arm, add(arm, d))
 
 
 def separate(sa, a, sb, b, n):

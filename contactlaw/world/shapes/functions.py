@@ -22,9 +22,7 @@ FUNCTIONS: dict[int, dict[str, Callable[..., Any]]] = {
     kinds.HULL: WIDE | {
         "meet": gjk.meet, "curve": curvature.of_hull, "nearest": gjk.nearest, "separation": gjk.separate,
     },
-    kinds.HEIGHT_FIELD: {
-        "meet": height_field.meet, "curve": curvature.of_field, "beside": height_field.meet_beside,
-    },
+    kinds.HEIGHT_FIELD: {"curve": curvature.of_field, "beside": height_field.meet_beside},
 }  # fmt: skip
 """Functions of each kind by the field of `records.SHAPE` that has their address; balls and planes need none."""
 

@@ -1,18 +1,19 @@
 """Overlap, normal, point of contact and effective radius of two shapes: spheres and planes here, others by address."""
 
 from contactlaw.jit import jit_module
-from contactlaw.world.data.access import contact_at, near_at, shape_at
+from contactlaw.world.data.access import contact_at, field_at, near_at, shape_at
 from contactlaw.world.data.call import ask_beside, ask_meet
-from contactlaw.world.data.kinds import BOX, CYLINDER, EDGE, ELLIPSOID, HEIGHT_FIELD, HULL, PLANE, SEGMENT, SPHERE
+from contactlaw.world.data.kinds import BOX, CYLINDER, DISC, EDGE, ELLIPSOID, HEIGHT_FIELD, HULL, PLANE, SEGMENT, SPHERE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
-from contactlaw.world.shapes.core import local
+from contactlaw.world.shapes.core import CROWN, local
 
 BACK = 0.05  # of the sum of radii, by which the contact of two cores is set back behind that of corners and edges
 SUNK = 0.975  # share of `max_overlap`, less what sets back, from which cores may touch: crowns shorten it
 IGNORED = 1e9  # [m] initial overlap of an ignored pair, more than any shapes overlap
 PLACES = 4  # contacts of one shape with a height field at once, at most: flanks of a pit between four grid points
-FOLLOW = -1  # of `height_field.meet_beside`, instead of a number of places
+FOLLOW, NEAREST = -1, -2  # of `height_field.meet_beside`, instead of a number of places
+NO_PLACES = ZERO, ZERO, ZERO
 LOST = 1e-9  # of the radius, the gap of a contact whose place has vanished
 
 
@@ -33,7 +34,9 @@ def meet(sa, a, sb, b, along=0.0):
     the deepest point of A's sphere. That sphere is centred at the point of A's middle line nearest to B; of a disc at
     its deepest point.
     """
-    where = sb.meet if sb.meet != 0 and (sa.kind != ELLIPSOID or sb.kind == HEIGHT_FIELD) else sa.meet
+    if sb.kind == HEIGHT_FIELD:
+        return ask_beside(sb.beside, sa, a, sb, b, NEAREST, NO_PLACES, NO_PLACES)
+    where = sb.meet if sb.meet != 0 and sa.kind != ELLIPSOID else sa.meet
     if where != 0:
         return ask_meet(where, sa, a, sb, b, along)
     from_a, from_b = centre(sa, a), centre(sb, b)
@@ -50,6 +53,36 @@ def meet_near(w, p, a, b):
     sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
     overlap, n, arm_a, arm_b = meet_place(w, p, a, b) if p.places > 1 else meet(sa, a, sb, b)
     return overlap - p.initial_overlap, n, arm_a, arm_b
+
+
+def places_of(sa, sb):
+    """Return in how many places shape A may touch B, more than one of a height field.
+
+    A ball has one where no valley is narrower than itself. A line has none where no ridge is as sharp as that its
+    middle can be lower over it than both ends are, by what it is set back.
+    """
+    if sb.kind != HEIGHT_FIELD or sa.kind == DISC or sa.kind == ELLIPSOID:
+        return 1
+    field = field_at(sb.points, 0)
+    if sa.kind < SEGMENT:
+        return PLACES if field.valley * sa.radius > 1.0 else 1
+    return PLACES if 0.5 * field.ridge * dot(load(sa.half), load(sa.half)) > CROWN * sa.radius else 0
+
+
+def takes_known_gap(w, p, now):
+    """Return whether an earlier open pair of the same shape and field seeks the same place, see `meet_place`.
+
+    If so, sets what that pair knows. now: time of the step [s] at which its gap must have been found; -1: at any.
+    """
+    for i in range(p.first, p.first + p.places):
+        q = near_at(w.near, i)
+        if q.closed == 0:
+            if q.b == p.b or (now >= 0.0 and q.checked != now):
+                return False
+            p.toi, p.gap, p.closing, p.acceleration = q.toi, q.gap, q.closing, q.acceleration
+            p.checked, p.path_limit, p.listed_gap = q.checked, q.path_limit, q.listed_gap
+            return True
+    return False
 
 
 def meet_place(w, p, a, b):
@@ -103,7 +136,7 @@ def least_radius(s):
 
 
 def is_ignored(p):
-    """Return whether a pair is ignored until its shapes part: all its overlap counts as none."""
+    """Return whether a pair, or its contact, is ignored until its shapes part: all its overlap counts as none."""
     return p.initial_overlap >= IGNORED
 
 

@@ -79,7 +79,10 @@ def support(s, b, d):
 
 
 def on_triangle(p, q, r):
-    """Return the barycentric coordinates of a triangle's point nearest to the origin (Ericson 2005, section 5.1.5)."""
+    """Return the barycentric coordinates of a triangle's point nearest to the origin (Ericson 2005, section 5.1.5).
+
+    Of a segment the last two vertices are the same, of a single vertex all three.
+    """
     e, f = sub(q, p), sub(r, p)
     ep, fp, eq, fq, er, fr = -dot(e, p), -dot(f, p), -dot(e, q), -dot(f, q), -dot(e, r), -dot(f, r)
     if ep <= 0.0 and fp <= 0.0:
@@ -106,20 +109,8 @@ def mean(k, points):
     return axpy(k[0], points[0], axpy(k[1], points[1], scale(k[2], points[2])))
 
 
-def on_simplex(count, points):
-    """Return the barycentric coordinates of the point nearest to the origin of a vertex, a segment or a triangle."""
-    p, q, r = points
-    if count == 3:
-        return on_triangle(p, q, r)
-    if count < 2:
-        return 1.0, 0.0, 0.0
-    e = sub(q, p)
-    t = min(max(-dot(p, e) / dot(e, e), 0.0), 1.0)
-    return 1.0 - t, t, 0.0
-
-
 def extended(points, count, new):
-    """Return the vertices of a simplex with one more."""
+    """Return the vertices of a simplex with one more, repeated up to three."""
     return new if count < 1 else points[0], new if count < 2 else points[1], new
 
 
@@ -166,9 +157,9 @@ def nearest(sa, a, sb, b, shift, count=0, on_b=NONE):
     v = add(d, sub(to_a, centre(sb, b)))
     points, square, k, new = NONE, 1e300, (1.0, 0.0, 0.0), ZERO
     if count > 0:
-        above = add(d, to_a)
+        above, on_b = add(d, to_a), (on_b[0], on_b[0 if count < 2 else 1], on_b[count - 1])
         points = sub(above, on_b[0]), sub(above, on_b[1]), sub(above, on_b[2])
-        points, on_b, k, count = kept(points, on_b, on_simplex(count, points))
+        points, on_b, k, count = kept(points, on_b, on_triangle(points[0], points[1], points[2]))
         v = mean(k, points)
         square = dot(v, v)
     for _ in range(ITERATIONS):
@@ -180,7 +171,7 @@ def nearest(sa, a, sb, b, shift, count=0, on_b=NONE):
             break
         if count < 3:
             more, ends = extended(points, count, new), extended(on_b, count, to_b)
-            m = on_simplex(count + 1, more)
+            m = on_triangle(more[0], more[1], new)
         else:
             lacks, m = nearest_side(points, new)
             more, ends = side_of(points, lacks, new), side_of(on_b, lacks, to_b)

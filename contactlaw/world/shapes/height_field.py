@@ -13,14 +13,13 @@ point at a height H over the surface is at least H/sqrt(1 + L^2) away from it.
 
 A field is PLACES shapes of one surface: each keeps the contact of one minimum of the distance, which it follows
 (`geometry.meet_place`). Three contacts fix a ball. On fields too smooth for several only the first of them is used, see
-`places.places_of`.
+`geometry.places_of`.
 """
 
 from math import ceil, floor
 
 from contactlaw.jit import jit_module
 from contactlaw.world.data.access import field_at
-from contactlaw.world.data.call import ask_beside
 from contactlaw.world.data.kinds import DISC, ELLIPSOID, SEGMENT
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
@@ -28,9 +27,8 @@ from contactlaw.world.shapes.core import clip, local, next_place, set_back
 from contactlaw.world.shapes.disc import line_of, lowest_over_plane
 from contactlaw.world.shapes.ellipsoid import facing
 from contactlaw.world.shapes.field_surface import NEWTON, SAMPLES, curvatures, descend, distance, normal, start, surface
-from contactlaw.world.shapes.geometry import FOLLOW, LOST, bounding_radius, centre
+from contactlaw.world.shapes.geometry import FOLLOW, LOST, NEAREST, bounding_radius, centre
 
-NEAREST = -2  # instead of a number of contacts that there are: one place only is sought
 ALIGNED = 1e-12  # of a line's half length or a shape's size, to which a place is found
 SAMPLES_A_CELL = 2.0  # places along a line among which its minima are sought; SAMPLES of them at most
 FINE = 2.5  # places a radius away from a ball's centre, at least, among which minima are sought
@@ -40,7 +38,6 @@ WITHIN = 1.5  # of a ball's radius, or the least distance found so far, up to wh
 WIDE = 0.2  # [rad] by which the normal of a followed contact may turn at once
 CUTS = 20  # halvings of a step of `touching_ball`, at most
 DIFFERENCE = 1e-7  # step of its finite differences, over the shape's size
-NO_PLACES = ZERO, ZERO, ZERO
 UNSEEN = 0.05  # of the radius, by which bodies may move before they are searched anew for a place that there was not
 
 
@@ -130,11 +127,6 @@ def meet_beside(sa, a, sb, b, held, arms, normals):
     n = to_world(b.axes, to_world(sb.axes, n))
     arm = axpy(-radius, n, from_a)
     return radius - far, n, arm, add(arm, between)
-
-
-def meet(sa, a, sb, b, _along):
-    """`geometry.meet` of a round shape and a height field; where they are clearly apart, a lower bound on the gap."""
-    return ask_beside(sb.beside, sa, a, sb, b, NEAREST, NO_PLACES, NO_PLACES)
 
 
 def is_new(at, n, others):

@@ -10,7 +10,7 @@ from contactlaw.world.data.call import ask_deepest
 from contactlaw.world.data.kinds import DISC, EDGE, PLANE, SEGMENT, SIDE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub, to_world
-from contactlaw.world.shapes.core import clip, deepest_on_line, nearest_on_core
+from contactlaw.world.shapes.core import clip, deepest_on_line, excess_of, length_and_direction, local, way_out
 from contactlaw.world.shapes.geometry import centre, half_axis, round_on_round
 
 CAPSULE_CROWN = 1e-3  # of the radius, by which the side of a capsule is lower at its ends
@@ -60,7 +60,10 @@ def meet(sa, a, sb, b, along):
         n = to_world(b.axes, load(sb.normal))
         distance = dot(d, n)
     else:
-        distance, n = nearest_on_core(d, sb, b, rounding)
+        p = local(d, sb, b)
+        distance, n = length_and_direction(excess_of(p, sb, rounding))
+        distance, n = (distance - rounding, n) if distance > 0.0 else way_out(p, sb)
+        n = to_world(b.axes, to_world(sb.axes, n))
     arm = axpy(-radius, n, from_a)
     return radius - distance, n, arm, add(arm, sub(load(a.position), load(b.position)))
 
@@ -82,9 +85,9 @@ def predict_side(p, sa, a, sb, b, n, arm_a, left):
     half = norm(u)
     moving = sub(velocity_at(a, from_a), velocity_at(b, from_b))
     turning = sub(load(a.spin), load(b.spin))
-    middle, along = -dot(moving, n), -dot(cross(turning, u), n)
-    if sa.kind >= DISC:
-        along = norm(cross(turning, n)) * half
+    middle, along, rises, height = -dot(moving, n), norm(cross(turning, n)) * half, 0.0, p.gap
+    if sa.kind < DISC:
+        along, rises, height = -dot(cross(turning, u), n), dot(u, n), dot(sub(from_a, arm_a), n) - sa.radius
     reach_a, reach_b = norm(from_a) + half, norm(from_b) + half
     rate_a, rate_b = turn_rate(a), turn_rate(b)
     speed = norm(moving) + (rate_a + rate_b) * half
@@ -95,8 +98,6 @@ def predict_side(p, sa, a, sb, b, n, arm_a, left):
         horizon = LARGEST_TURN / (rate_a + rate_b)
     p.acceleration += GROWN * curving + change_bound(a, reach_a, horizon) + change_bound(b, reach_b, horizon)
     p.closing = middle + abs(along)
-    rises = dot(u, n) if sa.kind < DISC else 0.0
-    height = dot(sub(from_a, arm_a), n) - sa.radius if sa.kind < DISC else p.gap
     shared = clip((p.gap - height) / rises) if rises != 0.0 else 1.0
     wait = NEVER
     for s in (-1.0, 1.0, shared):
