@@ -221,7 +221,7 @@ def test_deeper_push_keeps_balanced_traction() -> None:
     before, span = one.energy(), header_scale(one)
     one.take(1.7 * OVERLAP, OVERLAP)
     assert header_scale(one) != span
-    assert 0.5 * before < one.energy() <= before
+    assert 0.5 * before < one.energy() <= before * (1 + 1e-9)
 
 
 @jit

@@ -169,10 +169,9 @@ def take_substeps(w, root, listed, t, now, until):
             apply_force(contact_at(w.contacts, p.slot), a, b, 0.5 * h)
     coasting = 0  # contacts that coast; their pairs are not in the list
     since_review, going, closed = 0, True, 0
-    joints = False
+    joints, whole = False, True  # whole: the list is
     for i in range(bodies):
-        b = body_at(w.bodies, whole_at(w.island_bodies, i))
-        joints, b.path_end = joints or is_jointed(b), 0.0
+        joints = joints or is_jointed(body_at(w.bodies, whole_at(w.island_bodies, i)))
     while going:
         since_review += 1
         left = until - t - h
@@ -184,8 +183,8 @@ def take_substeps(w, root, listed, t, now, until):
         if joints or closed > w.crowd:
             w.twists = TWIST_NOW if is_last or since_review % TORSION_EVERY == 0 else TWIST_LATER
         passed, longest = update_paths(w, bodies, max(next_h / h, 1.0))
-        if joints and passed:
-            pairs = list_at_hand(w, root, bodies, BLOCK, LEAST_WAY * longest)
+        if joints and (passed or whole):
+            pairs, whole = list_at_hand(w, root, bodies, BLOCK, LEAST_WAY * longest), False
         push_by_coasting(w, coasting)
         closed, shorter = evaluate_contacts(w, pairs, (h, next_h), closed <= w.crowd)
         closed += coasting
@@ -195,6 +194,9 @@ def take_substeps(w, root, listed, t, now, until):
         review = going and shorter < (NEVER if closed <= w.crowd else LEAST_CHANGE * next_h)
         if review or (going and since_review == BLOCK):
             target = max(min(substep_length(w, pairs, coasting, t), left), shortest)
+            if joints and not whole and target > GROWTH * next_h:  # longer substeps reach further than what is at hand
+                pairs, whole = list_at_hand(w, root, bodies, NEVER, 1.0), True
+                target = max(min(substep_length(w, pairs, coasting, t), left), shortest)
             going = lost_body(w, bodies, until - now) == 0
             if not may_keep(target, next_h) or (coasting > 0 and target > GROWTH * next_h):
                 next_h = left / ceil(left / target - 1e-9)
