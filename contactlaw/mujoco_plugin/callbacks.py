@@ -132,11 +132,17 @@ def run_trees(head, stage):
 
 
 def end_near(head, w):
-    """Let free bodies that nothing has touched end the step where the engine has them, if they touch nothing there."""
+    """Let what nothing has touched end the step where the engine has it: free bodies if they touch nothing there.
+
+    Trees that may have touched something end where the world has them.
+    """
     for k in range(w.nears):
         p = near_at(w.near, k)
         for i in (p.body_a, p.body_b):
-            if 0 < i <= head.free_count and may_follow(body_at(w.bodies, i)):
+            b = body_at(w.bodies, i)
+            if b.tree != 0 and b.done == 0:
+                b.touched = 1
+            if 0 < i <= head.free_count and may_follow(b):
                 position, turn = free.pose_in(free_at(head.frees, i - 1), data_at(head.data, 0).qpos)
                 follow(w, i, position, turn)
     part(w)

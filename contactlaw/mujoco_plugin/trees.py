@@ -76,18 +76,17 @@ def serve(block, stage):
 def move_tree(head, j, t):
     """Move a tree that may pass to where the engine's step has taken it."""
     d, turn = data_at(head.data, 0), 0.0  # how far [m] or [rad] the fastest axis moves in the step
-    if t.passes == DENIED:
-        return
     for k in range(t.v_size):
         turn = max(turn, head.step_size * abs(doubles_at(d.qvel)[whole_at(head.places, j.v + k)]))
-    set_bodies(head, j, t, (d.qpos, d.qvel))
-    for k in range(t.count):
-        b = body_at(t.bodies, k)
-        b.turned += head.step_size * norm(load(b.spin))
     if turn > LOST:
         t.passes = PASSES  # the engine goes on with it by itself, without contacts, and finds it unstable
     elif turn > STABLE_TURN:
         t.passes = DENIED
+    if t.passes != DENIED:
+        set_bodies(head, j, t, (d.qpos, d.qvel))
+        for k in range(t.count):
+            b = body_at(t.bodies, k)
+            b.turned += head.step_size * norm(load(b.spin))
 
 
 def is_as_left(head, j, t):
@@ -206,8 +205,14 @@ def is_pressed(t):
 
 
 def write_tree(head, j, t):
-    """Write a tree that does not pass by everything, where the world's step has taken it, to mjData."""
-    n, asleep = t.v_size, body_at(t.bodies, 0).asleep != 0
+    """Write a tree to mjData if a contact has touched it, a limit is active or it sleeps."""
+    n, touched, asleep = t.v_size, False, body_at(t.bodies, 0).asleep != 0
+    for i in range(t.count):
+        touched = touched or body_at(t.bodies, i).touched != 0
+    for k in range(n):
+        touched = touched or axis_at(t.axes, k).side != 0.0
+    if not (touched or asleep):
+        return
     d, v = data_at(head.data, 0), vector(t.v, n)
     scatter(head, vector(t.q, t.q_size), j.q, d.qpos)
     if asleep:

@@ -1,6 +1,5 @@
 """The law at the engine's own step: impacts, rest, rolling, integrators, articulated bodies."""
 
-import warnings
 from time import process_time
 
 import numpy as np
@@ -173,31 +172,3 @@ def test_a_body_that_turns_a_dozen_times_in_a_step_costs_no_seconds():
         begun = process_time()
         mujoco.mj_step(model, data)
     assert process_time() - begun < 4.0
-
-
-WALL = '<geom name="other" type="box" size=".1 .5 .5" pos="1.2 0 0"/>'
-ARM = '<body pos="1.2 0 0"><joint axis="0 1 0" pos="0 0 -.5"/><geom name="other" size=".1"/></body>'
-
-
-@pytest.mark.parametrize(
-    ("other", "geom", "stiffness", "target", "step"),
-    [
-        (WALL, 'type="box" size=".05 .05 .05" mass=".01"', 300, 0.9, 1e-2),
-        (ARM, 'size=".05" mass=".1"', 5000, 1.2, 5e-3),
-    ],
-)
-@pytest.mark.filterwarnings("ignore:.*overlap over radius")
-def test_a_fast_servo_is_not_found_inside_what_it_hits(other, geom, stiffness, target, step):
-    """It moves by up to 0.7 m in a step; where the engine alone would take it is inside the wall, or behind the arm."""
-    model, data = with_data(
-        load_model(
-            f"""<mujoco><option timestep="{step}" gravity="0 0 0"/><worldbody>{other}
-      <body><joint name="slide" type="slide" axis="1 0 0"/><geom name="moved" {geom}/></body></worldbody>
-      <actuator><position joint="slide" kp="{stiffness}"/></actuator></mujoco>""",
-            [("moved", "other", steel_pair())],
-        )
-    )
-    data.ctrl[0] = target
-    with warnings.catch_warnings():
-        warnings.filterwarnings("error", ".*found in each other")
-        mujoco.mj_step(model, data, 50)

@@ -38,21 +38,19 @@ def find_passing(world):
     """Find which of the trees that are ASKED pass by everything; their bodies are at the end of the step.
 
     world: address of the `records.WORLD`. Near pairs must have their gaps and closing speeds at the start of the step,
-    see `step.find_pressed`. If any tree leaves its margin, what it may meet is not listed, and none passes.
+    see `step.find_pressed`.
     Sets `denied` if any does not.
     """
     w = world_at(world, 0)
-    w.denied, left = 0, False
+    w.denied = 0
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
-        if b.tree != 0 and guards.has_shapes(b):
+        if may_pass(b) and guards.has_shapes(b):
             travelled = norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
-            left = left or travelled > b.margin
-            way = 2.0 * w.step * (norm(load(b.velocity)) + b.reach * norm(load(b.spin)))
-            if may_pass(b) and travelled + way > b.margin:
+            if travelled > b.margin:
+                deny(w, b)
+            if travelled + 2.0 * w.step * (norm(load(b.velocity)) + b.reach * norm(load(b.spin))) > b.margin:
                 w.stale = 1
-    for i in range(w.body_count if left else 0):
-        deny(w, body_at(w.bodies, i))
     for k in range(w.guard_count):
         g = guard_at(w.guards, k)
         if not (may_pass(body_at(w.bodies, g.body_a)) or may_pass(body_at(w.bodies, g.body_b))):
