@@ -172,3 +172,20 @@ def test_a_body_that_turns_a_dozen_times_in_a_step_costs_no_seconds():
         begun = process_time()
         mujoco.mj_step(model, data)
     assert process_time() - begun < 4.0
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "implicitfast"])
+def test_joints_that_turn_far_in_a_step_are_the_engine_s_own_where_nothing_is_near(integrator):
+    """By up to 2 rad a step, where a flight in the world differs much: what the engine holds stable must stay so."""
+    link = '<body pos=".2 0 0"><joint axis="0 1 0"/><geom type="capsule" size=".01" fromto=".03 0 0 .17 0 0"/>{}</body>'
+    xml = f"""<mujoco><option integrator="{integrator}"/><worldbody>
+      <geom name="floor" type="plane" size="1 1 1" pos="0 0 -300"/>
+      <body><joint axis="0 0 1"/><geom type="capsule" size=".01" fromto=".03 0 0 .17 0 0"/>
+      {link.format(link.format(""))}</body></worldbody></mujoco>"""
+    ends = []
+    for model in (mujoco.MjModel.from_xml_string(xml), load_model(xml, [("*", "floor", steel_pair())])):
+        data = mujoco.MjData(model)
+        data.qvel[0] = 1000.0
+        mujoco.mj_step(model, data, 3)
+        ends.append((data.qpos, data.qvel))
+    np.testing.assert_array_equal(*ends)
