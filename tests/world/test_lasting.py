@@ -10,8 +10,9 @@ import pytest
 
 from contactlaw import MATERIALS, ContactPair, Material
 from contactlaw.jit import jit
+from contactlaw.laws.slip import stuck_stiffness
 from contactlaw.world import World
-from contactlaw.world.contacts.force import advance_from_saved, slopes
+from contactlaw.world.contacts.force import advance_from_saved, dashpot_of, has_dashpot, slopes
 from contactlaw.world.data.access import contact_at
 from contactlaw.world.data.saved import save_contact
 from contactlaw.world.implicit.equations import room_for
@@ -385,3 +386,26 @@ def test_slopes_of_what_slides_are_those_of_its_law(slide: tuple[float, float]) 
     out = np.full((2, 7), np.nan)
     slopes_both_ways(world.arrays.bound().world, np.array(slide), 6e-4, out)
     np.testing.assert_allclose(out[0], out[1], rtol=1e-2, atol=1e-3 * FRICTION * out[1, 0] * 1e-3)
+
+
+@jit
+def slope_back(world, stage, out):
+    """The slope of friction just behind its limit, where the first contact has slid along its second tangent; if stuck."""
+    w = world[0]
+    save_contact(w, 0)
+    c = contact_at(w.contacts, 0)
+    t, back = c.touch, -1e-7 * c.touch.overlap
+    t.before, t.closing = t.overlap, 0.0
+    advance_from_saved(w, c, 0, (0.0, back, 0.0), (0.0, back / stage, 0.0))
+    out[0] = slopes(w, c, 0, (0.0, back, 0.0), (0.0, back / stage, 0.0), stage)[6]
+    out[1] = stuck_stiffness(t) + (dashpot_of(t) / stage if has_dashpot(c) else 0.0)
+
+
+def test_the_slope_of_what_has_turned_back_is_that_of_sticking() -> None:
+    """Though a small step forward would bring it back to its limit: Newton's method would not converge at rest."""
+    world = ball(2e-3, -1.0)
+    world.step(5)
+    assert world.arrays.contacts[0]["touch"]["g"] > 0.0
+    out = np.full(2, np.nan)
+    slope_back(world.arrays.bound().world, 6e-4, out)
+    assert out[0] == pytest.approx(out[1], rel=1e-2)

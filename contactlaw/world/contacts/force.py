@@ -1,6 +1,6 @@
 """Forces of a contact by its law: the calls of laws, a dashpot for persistent contacts, slopes, stored energy."""
 
-from math import isfinite, sqrt
+from math import copysign, isfinite, sqrt
 
 from contactlaw.jit import jit_inline, jit_module
 from contactlaw.laws import rolling, speeds, torsion
@@ -110,13 +110,14 @@ def slopes(w, c, slot, moved, slide, stage):
     `advance_from_saved`.
 
     A contact that has slid further than its springs yield has the friction force mu P along its displacement: its
-    slopes follow without the law. Otherwise they are finite differences.
+    slopes follow without the law. Otherwise they are finite differences away from the start of the step, where a law
+    bends: a contact that has turned back from its limit by less than the difference would seem to slip.
     """
     t = c.touch
     f, g, m, overlap, closing, force = t.f, t.g, c.torsion.moment, t.overlap, t.closing, t.force
-    way = PROBE * overlap
-    more, (du, dv, angle), (u, v, spin) = way / stage, moved, slide
-    t.overlap, t.closing = overlap + way, closing + more
+    (du, dv, angle), (u, v, spin) = moved, slide
+    way = copysign(PROBE * overlap, overlap - t.before)
+    t.overlap, t.closing = overlap + way, closing + way / stage
     yielding, slid = slide_to_slip(t), sqrt(du * du + dv * dv)
     if c.torsion.span == 0.0 and slid > yielding and slips_fully(t):
         press(t, law_of(w, pair_at(w.pairs, c.pair)), 0.0)
@@ -126,18 +127,19 @@ def slopes(w, c, slot, moved, slide, stage):
         limit = t.friction * normal
         return normal, limit * x, limit * y, across * y * y, -across * x * y, -across * x * y, across * x * x, 0.0
     fp, gp, _ = advance_from_saved(w, c, slot, moved, slide)
-    normal = (t.force - force) / way
+    normal, by_overlap = (t.force - force) / way, ((fp - f) / way, (gp - g) / way)
     t.overlap, t.closing = overlap, closing
     fu, gu, fv, gv, turn = f, g, f, g, 0.0
+    along = f * du + g * dv
+    to_u, to_v = copysign(way, f * along), copysign(way, g * along)
     if t.friction > 0.0:
-        fu, gu, _ = advance_from_saved(w, c, slot, (du + way, dv, angle), (u + more, v, spin))
-        fv, gv, _ = advance_from_saved(w, c, slot, (du, dv + way, angle), (u, v + more, spin))
+        fu, gu, _ = advance_from_saved(w, c, slot, (du + to_u, dv, angle), (u + to_u / stage, v, spin))
+        fv, gv, _ = advance_from_saved(w, c, slot, (du, dv + to_v, angle), (u, v + to_v / stage, spin))
         if c.torsion.span > 0.0:
-            radius = sqrt(t.radius * overlap)
-            _, _, turned = advance_from_saved(w, c, slot, (du, dv, angle + way / radius), (u, v, spin + more / radius))
-            turn = max(turned - m, 0.0) * radius / way
-    by_overlap = (fp - f) / way, (gp - g) / way
-    return (normal, *by_overlap, (fu - f) / way, (gu - g) / way, (fv - f) / way, (gv - g) / way, turn)
+            more = copysign(way, angle) / sqrt(t.radius * overlap)
+            _, _, turned = advance_from_saved(w, c, slot, (du, dv, angle + more), (u, v, spin + more / stage))
+            turn = max((turned - m) / more, 0.0)
+    return (normal, *by_overlap, (fu - f) / to_u, (gu - g) / to_u, (fv - f) / to_v, (gv - g) / to_v, turn)
 
 
 def slide_to_slip(t):
