@@ -6,6 +6,7 @@ No contact may strike, part or begin to stick within an implicit step, as these 
 from contactlaw.jit import jit_module
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.bounds import time_to_close
+from contactlaw.world.bodies.motion import velocity_at
 from contactlaw.world.contacts import force
 from contactlaw.world.contacts.pace import closing_speed, radius_of, stays_closed
 from contactlaw.world.contacts.touch import TOUCHING
@@ -111,11 +112,11 @@ def whirls(s, a, n, spin, time):
 def motion_of(w, bodies, pairs):
     """Return how many stages an island takes, and whether it is steady and slides at the start of the step.
 
-    One stage: it has a tree, and no contact slides as a whole. Steady: no contact moves along its normal, nor do its
-    bodies (after an implicit step, a contact knows the mean speed in that step only), so its force hardly changes;
-    never with trees, where actuators and joints make the forces at the start a bad first guess. Slides: it is steady,
-    and all closed contacts slide as a whole, against friction, and are those of balls and corners: on sides, edges and
-    rims a contact runs along with tilt, which Newton's matrix hardly knows.
+    One stage: it has a tree, and no contact slides as a whole by more than its springs yield. Steady: no contact moves
+    along its normal, nor do its bodies (after an implicit step, a contact knows the mean speed in that step only), so
+    its force hardly changes; never with trees, where actuators and joints make the forces at the start a bad first
+    guess. Slides: it is steady, and all closed contacts slide as a whole, against friction, and are those of balls and
+    corners: on sides, edges and rims a contact runs along with tilt, which Newton's matrix hardly knows.
     """
     jointed, slips = False, False
     for i in range(bodies):
@@ -124,13 +125,15 @@ def motion_of(w, bodies, pairs):
     for i in range(pairs):
         r = row_at(w.rows, i)
         if r.slot >= 0:
-            p, c = near_at(w.near, r.near), contact_at(w.contacts, r.slot)
-            speed = closing_speed(c, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
+            c = contact_at(w.contacts, r.slot)
+            a, b, arm_a, arm_b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b), load(c.arm_a), load(c.arm_b)
+            speed = closing_speed(c, a, b)
             steady = steady and force.is_quasi_static(c, 1.0) and force.is_slow(c, speed, 1.0)
             slipping = force.slips_fully(c.touch)
             runs = shape_at(w.shapes, c.shape_a).kind >= SEGMENT
             slides = slides and slipping and c.touch.friction != 0.0 and not runs
-            slips = slips or slipping
+            way = w.step * norm(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)))
+            slips = slips or (slipping and way > force.slide_to_slip(c.touch))
     return 1 if jointed and not slips else 2, steady, steady and slides
 
 
