@@ -1,9 +1,13 @@
 """Sleep: bodies at rest stand still to the last bit, and cost nothing.
 
-Bodies that closed contacts connect fall asleep together when, within the duration of an impact, their velocities and
-accelerations would move none of these contacts by more than a tiny share of its overlap. They wake when a body that is
-awake touches them, or may do so in a window, or when the user changes the velocity or acceleration of one of them.
+Bodies that closed contacts connect fall asleep together when their forces are in balance but for a tiny share s, and
+their kinetic energy is less than that share of the contacts' elastic one: within the duration of an impact, in which
+k = m (pi/T)^2, accelerations would move none of these contacts by more than s of its overlap, nor velocities by more
+than sqrt(s). They wake when a body that is awake touches them, or may do so in a window, or when the user changes the
+velocity or acceleration of one of them.
 """
+
+from math import sqrt
 
 from contactlaw.jit import jit_module
 from contactlaw.memory import whole_at
@@ -108,7 +112,8 @@ def moves(w, p, order):
     time = contact_duration(w, c, a, b)
     way = greatest_way(a, norm(load(c.arm_a)), time, order) + greatest_way(b, norm(load(c.arm_b)), time, order)
     rounding = POSITION_ROUNDING * (norm(load(a.position)) + norm(load(b.position)))
-    return way > w.stillness * c.touch.overlap + rounding
+    share = sqrt(w.stillness) if order == 1 else w.stillness
+    return way > share * c.touch.overlap + rounding
 
 
 def greatest_way(b, arm, time, order):

@@ -46,7 +46,8 @@ class World(Building):
             velocities after a billiard break are right to 1e-3 of that of the cue ball (20: 2e-4). An elastic
             impact has at least 60, a damped one with joints at least 20.
         crowd: Number of closed contacts up to which an island has `substeps`.
-        stillness: Share of its overlap that a contact may move in an impact's time and still fall asleep; 0: never.
+        stillness: Share of its load by which a contact may be out of balance, and of its energy that motion may have,
+            when it falls asleep; 0: never.
 
     Raises:
         ValueError: A value outside its range; the message names it.

@@ -36,6 +36,13 @@ def test_what_rolls_by_neither_keeps_awake_nor_wakes(timestep: float, speed: flo
     assert world.velocity[1] == pytest.approx([speed, 0.0, 0.0], rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.parametrize(("speed", "sleeps"), [(1e-8, True), (1e-6, False)])
+def test_what_rolls_with_a_billionth_of_its_elastic_energy_sleeps(speed: float, sleeps: bool) -> None:
+    world = sleeper_and_roller(2e-3, (-4.0 * RADIUS, 0.0), speed)
+    world.step(20)
+    assert world.asleep.tolist() == [True, sleeps]
+
+
 @pytest.mark.parametrize("speed", [1e-4, 1e-2])
 def test_what_it_rolls_against_wakes(speed: float) -> None:
     """And not before; no energy comes from nothing."""

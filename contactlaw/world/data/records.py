@@ -361,7 +361,7 @@ WORLD = record(
     time="f8",  # [s] that a `World` has been moved by
     substeps="f8",  # of an impact between few bodies
     crowd_substeps="f8", crowd="i8",  # of an impact in an island of more closed contacts than `crowd`
-    stillness="f8",  # share of its overlap that a sleeping contact may move in an impact's time; 0: none sleeps
+    stillness="f8",  # share of a sleeping contact's load and energy that may be unbalanced and kinetic; 0: none sleeps
     nears="i8", guard_count="i8", spares="i8", islands="i8", near_body_count="i8",  # how many of each there are
     slots="i8",  # how many slots of contacts have ever been in use: the first ones
     rested="i8", stale="i8",  # 1: no body moved in the last step; 1: near pairs must be listed anew
