@@ -106,6 +106,32 @@ def test_an_impact_on_a_damped_joint_converges_with_substeps_squared() -> None:
     assert rebound(400) == pytest.approx(rebound(3200), abs=1e-5)
 
 
+@pytest.mark.heavy
+def test_the_bound_on_what_damping_does_to_a_tree_is_no_more_than_twice_that() -> None:
+    """Its double substeps an impact of a robot with damped joints; limits count by what they resist explicitly."""
+    world = World(gravity=0.0, timestep=1e-6)
+    parents, mass = [-1, 0, 1, 2, 3, 0, 5, 6, 0], [1.0, 0.3, 0.2, 0.1, 0.05, 0.3, 0.1, 0.05, 0.02]
+    parts = [
+        Part(m, 1e-3 * m, [Joint("hinge", (-0.1, 0.0, 0.0), damping=0.02 * m)], parent, (0.2, 0.0, 0.0))
+        for m, parent in zip(mass, parents, strict=True)
+    ]
+    world.add_tree(Tree(parts))
+    axes = numbers(world.arrays, 0, "axes").view(AXIS)
+    axes["side"][4], axes["coordinate"][4], axes["edge"][4], axes["resistance"][4] = 1.0, 4, -1.0, 2e-3
+    world.step()
+    n, limits, lower = axes.size, np.diag(axes["side"] * axes["resistance"]), np.eye(axes.size)
+    factor, damping = (numbers(world.arrays, 0, name).reshape(n, n) for name in ("factor", "d"))
+    for k in range(n):
+        row, i = [], k
+        while (i := int(axes["parent"][i])) >= 0:
+            row.insert(0, i)
+        lower[k, row] = factor[k, : len(row)]
+    inverse = np.linalg.inv(lower.T @ np.diag(1.0 / axes["inverse"]) @ lower)
+    for found, share in ((world.arrays.trees["decay"][0], 1.0), (6.0 * world.arrays.trees["swing"][0], 10.0)):
+        greatest = np.linalg.eigvals(inverse @ (damping + share * limits)).real.max()
+        assert greatest <= found <= 2.0 * greatest
+
+
 def creature(timestep: float, restitution: float = 1.0, gravity: float = 0.0) -> World:
     """A free body with a limb on a ball joint, one on two hinges, and a piston; a ball of steel at each end."""
     arm, inertia = (0.06, 0.0, 0.0), (1e-5, 6e-5, 6e-5)

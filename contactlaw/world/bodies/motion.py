@@ -273,7 +273,7 @@ def turn_rate(b):
 
 
 def swing(b):
-    """Return the least rate [1/s] of substeps for damping in joints not to let a body swing, see `trees.mobility`."""
+    """Return the least rate [1/s] of substeps for damping in joints not to let a body swing, see `trees.dynamics`."""
     return 0.0 if b.tree == 0 else tree_at(b.tree, 0).swing
 
 

@@ -24,6 +24,10 @@ from contactlaw.world.data.access import axis_at, body_at, link_at
 from contactlaw.world.data.vec import ZERO, add, cross, dot, load, scale, store, sub, to_world
 from contactlaw.world.trees.kinematics import response_of, vector
 
+# Rate of damping times a group of substeps up to which velocities that the midpoint rule reverses, at the ratio
+# (1 - x/2)/(1 + x/2), are at most half as large. Limits resist explicitly, at the velocity u + T/2 a that the last a
+# predicts: u1 = u + T a, (M + T/2 D) a1 = -D u - C (u + T/2 a). Its solutions z^n have z > -1/2 if T (D/6 + 5/3 C) < M
+LARGEST_LAG, EXPLICIT = 6.0, 10.0
 STIFF = 100.0  # damping times the step over the mass: stiffer damping is always implicit over a whole step
 
 
@@ -210,21 +214,23 @@ def solve(t, x):
     solve_ld(t, x)
 
 
-def decay(t):
-    """Return a bound on the rate [1/s] at which damping slows velocities: on the greatest eigenvalue of M^-1 D.
+def bound_decay(t):
+    """Bound the rate [1/s] at which damping slows velocities: the greatest eigenvalue of M^-1 (D + C), C of limits.
 
-    With R^2 = diag D it is the square of the 2-norm of B = R L^-1 P^-1/2, P the pivots, which is bounded by the
-    greatest row sum times the greatest column sum of |B|. Damping of a sum over n velocities, b g g^T, is bounded by n
-    diag(b g^2) (Cauchy-Schwarz).
+    With R^2 = diag D it is that of B^T B, B = R L^-1 P^-1/2, P the pivots, and at most the greatest sum of a row of
+    |B|^T |B| (Perron and Frobenius). Damping of a sum over n velocities, b g g^T, is bounded by n diag(b g^2)
+    (Cauchy-Schwarz).
+
+    For groups of substeps in `trees.motion` the bound is that of M^-1 (D + EXPLICIT C), over LARGEST_LAG.
     """
-    rows, most, d = 0.0, 1.0, vector(t.d, (t.v_size, t.v_size))
-    x, columns = vector(t.x, t.v_size), vector(t.room, t.v_size)
-    for k in range(t.v_size):
-        columns[k] = 0.0
-    for k in range(t.v_size):
+    n, most, d = t.v_size, 1.0, vector(t.d, (t.v_size, t.v_size))
+    x, sums, explicit = vector(t.x, n), vector(t.room, n), vector(t.room + 8 * n, n)
+    for k in range(n):
+        sums[k], explicit[k] = 0.0, 0.0
+    for k in range(n):
         axis = axis_at(t.axes, k)
-        coupled = 1.0
-        own = d[k, k] + (axis.resistance if axis.side != 0.0 else 0.0)
+        coupled, limit = 1.0, axis.resistance if axis.side != 0.0 else 0.0
+        own = d[k, k] + limit
         if own > 0.0:
             for i in range(k):
                 coupled += 1.0 if d[k, i] != 0.0 else 0.0
@@ -233,15 +239,18 @@ def decay(t):
             total, i = 0.0, k
             while i >= 0:
                 other = axis_at(t.axes, i)
-                entry = abs(x[i]) * sqrt(own * other.inverse)
-                columns[i] += entry
-                total += entry
+                x[i] = abs(x[i]) * sqrt(other.inverse)
+                total += x[i]
                 i = other.parent
-            rows = max(rows, total)
-    out = 0.0
-    for k in range(t.v_size):
-        out = max(out, columns[k])
-    return most * rows * out
+            i = k
+            while i >= 0:
+                sums[i] += own * total * x[i]
+                explicit[i] += (d[k, k] + EXPLICIT * limit) * total * x[i]
+                i = axis_at(t.axes, i).parent
+    t.decay, t.swing = 0.0, 0.0
+    for k in range(n):
+        t.decay = max(t.decay, most * sums[k])
+        t.swing = max(t.swing, most * explicit[k] / LARGEST_LAG)
 
 
 def answer_along(t, last):

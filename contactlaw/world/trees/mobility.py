@@ -15,12 +15,17 @@ from contactlaw.world.data.call import call_on_tree
 from contactlaw.world.data.checksum import as_float, mix
 from contactlaw.world.data.records import PLACED
 from contactlaw.world.data.vec import add, cross, load, norm, store, sub
-from contactlaw.world.trees.dynamics import add_impulse, decay, limit_force, limit_impulse, project, solve, solve_ld
+from contactlaw.world.trees.dynamics import (
+    add_impulse,
+    bound_decay,
+    limit_force,
+    limit_impulse,
+    project,
+    solve,
+    solve_ld,
+)
 from contactlaw.world.trees.kinematics import response_of, spread_velocity, vector
 
-# Rate of damping times a group of substeps up to which velocities that the midpoint rule reverses, at the ratio
-# (1 - x/2)/(1 + x/2), are at most half as large; and up to which none is, where soft limits resist explicitly
-LARGEST_LAG, LIMITED_LAG = 6.0, 2.0
 SAME = 1e-12  # of the sum of forces on a tree: changes up to this are rounding
 GOLDEN, SILVER = 0.5 * (sqrt(5.0) - 1.0), sqrt(2.0) - 1.0  # irrational, so that the weights of forces all differ
 
@@ -93,11 +98,7 @@ def settle(b):
         t.held = 0.0
         clear(vector(t.kick_v, t.v_size))
     if b.time == 0.0:  # D is constant over a step, and M nearly
-        t.decay = decay(t)
-        limited = False
-        for k in range(t.v_size):
-            limited = limited or axis_at(t.axes, k).side != 0.0
-        t.swing = t.decay / (LIMITED_LAG if limited else LARGEST_LAG)
+        bound_decay(t)
 
 
 def kick(b, impulse, moment):
