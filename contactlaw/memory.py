@@ -87,6 +87,12 @@ def element(dtype: np.dtype) -> Any:
     return _intrinsic_of(kind(types.uint64, types.int64), build)
 
 
+def address_in(dtype: np.dtype) -> Any:
+    """Return an intrinsic that takes such a record and returns its address."""
+    signature = types.uint64(numba.from_dtype(dtype))
+    return _intrinsic_of(signature, lambda _, builder, __, values: builder.ptrtoint(values[0], _INT64))
+
+
 def _pointer(builder: Any, values: Any, kind: Any = _INT64) -> Any:
     return builder.inttoptr(values[0], kind.as_pointer())
 

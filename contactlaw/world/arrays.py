@@ -47,7 +47,7 @@ def empty() -> Arrays:
         groups=np.full((1, 1), -1),
         spare=np.arange(LEAST)[::-1].copy(),
         guards=np.zeros(LEAST, GUARD), near_bodies=whole(1), roots=whole(1), island_bodies=whole(1),
-        island_pairs=whole(LEAST), grid=whole(4), saved_bodies=np.zeros(1 + SCRATCH, BODY), trees=np.zeros(0, TREE),
+        island_pairs=whole(2 * LEAST), grid=whole(4), saved_bodies=np.zeros(1 + SCRATCH, BODY), trees=np.zeros(0, TREE),
         joints=np.zeros(0), rows=np.zeros(LEAST, ROW), coasting=np.zeros(LEAST, COASTING),
         saved_contacts=np.zeros(LEAST, CONTACT), saved_memory=np.zeros((LEAST, 0)),
         equations=np.zeros(room_for(0)), world=np.zeros(1, WORLD),
@@ -166,7 +166,7 @@ def with_room(one: Arrays, owners: Array) -> Arrays:
     memory = room(np.float64, contacts, one.memory.shape[1])
     return one._replace(
         near=room(NEAR, near), guards=room(GUARD, near if one.shapes["predict"].any() else 1),
-        island_pairs=room(np.int64, near), contacts=room(CONTACT, contacts), memory=memory,
+        island_pairs=room(np.int64, 2 * near), contacts=room(CONTACT, contacts), memory=memory,
         spare=np.arange(contacts)[::-1].copy(), rows=room(ROW, near), coasting=room(COASTING, contacts),
         saved_contacts=room(CONTACT, contacts), saved_memory=memory,
     )  # fmt: skip
@@ -182,7 +182,7 @@ def with_more_room(one: Arrays) -> Arrays:
     one.world["stale"] = 1
     return one._replace(
         near=longer(one.near, one.near.size), guards=longer(one.guards, one.guards.size),
-        island_pairs=np.zeros(2 * one.near.size, np.int64),
+        island_pairs=np.zeros(4 * one.near.size, np.int64),
         contacts=longer(one.contacts, more), memory=longer(one.memory, more), rows=np.zeros(2 * one.near.size, ROW),
         coasting=np.zeros(2 * more, COASTING), saved_contacts=np.zeros(2 * more, CONTACT),
         saved_memory=np.zeros((2 * more, one.memory.shape[1])),

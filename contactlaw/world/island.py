@@ -25,7 +25,7 @@ from contactlaw.world.data.call import address, call_coast, call_start_coasting,
 from contactlaw.world.data.demand import COAST, START_COASTING
 from contactlaw.world.data.records import NEVER, TWIST_ALWAYS, TWIST_LATER, TWIST_NOW
 from contactlaw.world.data.vec import load, norm, store, sub
-from contactlaw.world.near.guards import gap_bound, meet_half_space, raise_listed_gap
+from contactlaw.world.near.guards import gap_bound, meet_within, raise_listed_gap
 from contactlaw.world.near.time_of_impact import predict
 from contactlaw.world.shapes.geometry import meet_near, takes_known_gap
 from contactlaw.world.sleep import fall_asleep
@@ -107,10 +107,12 @@ def fly_to_touch(w, bodies, pairs, t, now, until):
     now: start of the window [s], for which times of impact are known.
     """
     soon = IMMEDIATE * (until - t)
+    begin, end = 0, pairs
     for number in range(MAX_ADVANCES):
-        closed, first = False, NEVER
-        for i in range(pairs):
-            p = near_at(w.near, whole_at(w.island_pairs, i))
+        closed, first, left = False, NEVER, pairs
+        for i in range(begin, end):
+            k = whole_at(w.island_pairs, i)
+            p = near_at(w.near, k)
             if p.closed == 0:
                 a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
                 new = t > now or a.changed != 0 or b.changed != 0  # velocities changed; or one body has been woken
@@ -119,12 +121,16 @@ def fly_to_touch(w, bodies, pairs, t, now, until):
                     predict(w, p, t)
                 first = min(first, p.toi)
                 touches = p.toi <= t + soon and p.gap <= TOUCHING * radius_of(w, p, a, b)
-                if touches and begin_contact(w, whole_at(w.island_pairs, i), -p.gap):
+                if touches and begin_contact(w, k, -p.gap):
                     closed = True
+                if p.toi < until:  # the others stay apart in this flight
+                    set_whole(w.island_pairs, left, k)
+                    left += 1
             else:
                 closed = True
         if closed:
             return t
+        begin, end = pairs, left
         t = min(max(first, t + 1e-6 * soon), until)
         for i in range(bodies):
             fly(body_at(w.bodies, whole_at(w.island_bodies, i)), t)
@@ -319,13 +325,12 @@ def measure_open_pair(w, k, reach, span, few):
     gap, last_move = gap_bound(w, p, a, b)
     reach = min(reach, LOOKAHEAD * (span[1] / span[0]) * last_move)
     if gap <= reach:
-        overlap, n, arm_a, arm_b = meet_half_space(w, p, a, b)
-        if overlap > -reach:
-            overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
+        met, measured = meet_within(w, p, a, b, reach)
+        overlap, n, arm_a, arm_b = met
         gap, closing = -overlap, closing_at(a, arm_a, b, arm_b, n)
         if 0.0 <= gap < LOOKAHEAD * span[1] * closing:
             p.closing, p.acceleration = closing, norm(sub(acceleration_of(a), acceleration_of(b)))
-            own = touch_duration(w, p, a, b) / substeps_per_impact(w, p, few)
+            own = touch_duration(w, p, a, b, met, measured) / substeps_per_impact(w, p, few)
             needed = own if own < LEAST_CHANGE * span[1] else NEVER
     p.gap = gap
     p.path_limit = gap + a.path + b.path
@@ -370,7 +375,8 @@ def substep_length(w, pairs, coasting, t):
                     predict(w, p, t)
                 p.path_limit = p.gap + a.path + b.path
                 if time_to_close(max(p.gap, 0.0), p.closing, max(p.acceleration, 0.0)) < soon:
-                    h = min(h, touch_duration(w, p, a, b) / substeps_per_impact(w, p, few))
+                    met = meet_near(w, p, a, b)
+                    h = min(h, touch_duration(w, p, a, b, met) / substeps_per_impact(w, p, few))
     return h
 
 

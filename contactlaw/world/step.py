@@ -14,6 +14,7 @@ fly                   all bodies to the end of the step
 from contactlaw.jit import jit_module
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import closing_at, fly, is_static, settle, update_momentum, wake_body
+from contactlaw.world.contacts.meeting import place_along
 from contactlaw.world.contacts.pace import LEAST_STEP, resting_duration, stays_closed, update_masses
 from contactlaw.world.contacts.touch import (
     has_parted,
@@ -276,6 +277,7 @@ def begin(w, dt):
         if p.slot >= 0:
             c = contact_at(w.contacts, p.slot)
             store(c.earlier, load(c.impulse))
+            p.along = place_along(c, shape_at(w.shapes, p.a), body_at(w.bodies, p.body_a))
             if p.closed != 0 and shape_at(w.shapes, p.b).kind == TANGENT:  # the engine has placed this plane anew
                 update_geometry(w, c)
             if p.closed != 0 and w.edited != 0:
@@ -317,6 +319,7 @@ def begin_pairs(w):
     count_slots(w)
     for k in range(w.nears):  # in the order of `state.write`, which sums the same ledgers
         p = near_at(w.near, k)
+        p.along, p.vertices = 0.0, 0
         if body_at(w.bodies, p.body_a).done == 0 and body_at(w.bodies, p.body_b).done == 0:
             p.checked = -1.0
         if has_parted(p):

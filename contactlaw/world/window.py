@@ -14,11 +14,19 @@ from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.bodies.bounds import time_to_close
 from contactlaw.world.bodies.motion import fly, mobility_bound
 from contactlaw.world.contacts.pace import closing_speed, contact_duration, touch_duration
-from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, tree_at
+from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at, tree_at
 from contactlaw.world.data.call import call_with_body
 from contactlaw.world.data.records import AGED, COASTS, FRESH, NEVER
 from contactlaw.world.data.vec import load, norm, sub
-from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, known_gap, path_bound, raise_listed_gap
+from contactlaw.world.near.guards import (
+    CLEAR_HEIGHT,
+    any_guard_exceeded,
+    closing_bound,
+    known_gap,
+    meet_within,
+    path_bound,
+    raise_listed_gap,
+)
 from contactlaw.world.near.listing import list_near, may_leave_margin
 from contactlaw.world.near.time_of_impact import find_gap, predict
 from contactlaw.world.shapes.geometry import meet_near
@@ -106,7 +114,8 @@ def shortest_new_impact(w, now):
         if p.closed == 0 and p.toi <= now and not is_left_out(body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)):
             a, b = predict(w, p, now)
             if p.toi < NEVER:
-                duration = touch_duration(w, p, a, b)
+                met, measured = meet_within(w, p, a, b, CLEAR_HEIGHT * shape_at(w.shapes, p.a).radius)
+                duration = touch_duration(w, p, a, b, met, measured)
                 if p.toi - now <= EARLY * duration:
                     touching, shortest = True, min(shortest, duration)
     return touching, shortest

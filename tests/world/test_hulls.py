@@ -7,9 +7,9 @@ import pytest
 
 from contactlaw.jit import jit
 from contactlaw.world import World
-from contactlaw.world.data.access import body_at, shape_at
+from contactlaw.world.data.access import body_at, near_address, near_at, shape_at
 from contactlaw.world.data.frames import matrix_of
-from contactlaw.world.data.kinds import DISC
+from contactlaw.world.data.kinds import CORNER, DISC, EDGE
 from contactlaw.world.shapes.curvature import effective_radius, equivalent_radius
 from contactlaw.world.shapes.geometry import BACK, meet
 from contactlaw.world.shapes.gjk import cell_of
@@ -65,6 +65,44 @@ def meeting(world, i, j):
     a, b = body_at(w.bodies, sa.body), body_at(w.bodies, sb.body)
     found = meet(sa, a, sb, b)
     return found, effective_radius(sa, a, sb, b, *found[1:])[0]
+
+
+@jit
+def meeting_with_and_without(world, i, j):
+    """`meet` of two shapes of a world, without what is known of them, and with what the first near pair knows."""
+    w = world[0]
+    sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
+    a, b = body_at(w.bodies, sa.body), body_at(w.bodies, sb.body)
+    return meet(sa, a, sb, b), meet(sa, a, sb, b, near_address(near_at(w.near, 0)))
+
+
+@pytest.mark.parametrize("cube", [False, True])
+def test_where_two_were_nearest_before_does_not_change_where_they_are(cube: bool) -> None:
+    rng, world = np.random.default_rng(3), World()
+    rest, above = (0.0, 0.0, 0.0), (0.0, 0.0, 0.11)
+    upper, lower = (rock(world, rng, place, rest, 0.05, 0.0) for place in (above, rest))
+    if cube:  # whose faces are of four corners
+        lower = world.add_hull(world.add_body(1.0, 1e-3), 0.04 * CUBE)
+    world.add_contact([upper], [lower], steel_pair())
+    arrays = world.arrays.bound()
+    body, near = arrays.bodies[arrays.shapes["body"][upper]], arrays.near[:1]
+    parts = [i for i in np.flatnonzero(np.isin(arrays.shapes["kind"], (CORNER, EDGE))) if world.owners[i] == upper]
+    known = 0
+    for i in parts:
+        near["vertices"], near["along"] = 0, 0.0
+        turn, place = rng.normal(size=4), np.array([0.0, 0.0, 0.11])
+        for step in range(60):
+            if step % 20 == 0:  # far from where it was
+                turn, place = rng.normal(size=4), 0.12 * rng.normal(size=3)
+                place *= max(0.11 / np.linalg.norm(place), 1.0)
+            turn = turn / np.linalg.norm(turn) + rng.choice([1e-9, 1e-3, 0.1]) * rng.normal(size=4)
+            body["position"], body["axes"] = place, matrix_of(turn / np.linalg.norm(turn)).ravel()
+            known += int(near["vertices"][0] > 0)
+            (overlap, n, arm, _), (same, m, other, _) = meeting_with_and_without(arrays.world, i, lower)
+            assert same == pytest.approx(overlap, abs=1e-15)
+            assert np.allclose(n, m, rtol=0.0, atol=1e-9)
+            assert np.allclose(arm, other, rtol=0.0, atol=1e-10)
+    assert known > 50 * len(parts)
 
 
 def test_a_rim_over_a_cylinder_counts_the_curvatures_of_both() -> None:

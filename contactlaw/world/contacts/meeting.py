@@ -1,7 +1,7 @@
 """Where the shapes of a closed contact meet, which know their last overlap and normal."""
 
 from contactlaw.jit import jit, jit_inline
-from contactlaw.world.data.access import contact_at, near_at, shape_at
+from contactlaw.world.data.access import contact_at, near_address, near_at, shape_at
 from contactlaw.world.data.call import ask_separation
 from contactlaw.world.data.kinds import BOX, EDGE, ELLIPSOID, SEGMENT
 from contactlaw.world.data.quaternion import rotate
@@ -13,9 +13,9 @@ SAME = 1e-3  # of the radius of shape A, up to which two places on a height fiel
 
 
 @jit_inline
-def meet_contact(c, sa, a, sb, b):
-    """Return `geometry.meet` for a closed contact, whose last overlap and normal are known."""
-    found = geometry.meet(sa, a, sb, b, place_along(c, sa, a))
+def meet_contact(p, c, sa, a, sb, b):
+    """Return `geometry.meet` for a closed contact of pair p, whose last overlap and normal are known."""
+    found = geometry.meet(sa, a, sb, b, near_address(p))
     if sb.separation == 0 or sb.kind == ELLIPSOID or not found[0] > 0.5 * geometry.overlap_of_cores(sa, sb):
         return found
     return meet_sunk(c, sa, a, sb, b, found)

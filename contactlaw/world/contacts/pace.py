@@ -77,14 +77,20 @@ def share_of(t, sa, sb):
     return 0.5 if crossed else 1.0
 
 
-def touch_duration(w, p, a, b):
-    """Return the duration [s] of the impact that a near pair is about to have, as predicted with its bodies a and b."""
-    _, n, arm_a, arm_b = meet_near(w, p, a, b)
+def touch_duration(w, p, a, b, met, measured=True):
+    """Return the duration [s] of the impact that a near pair is about to have, as predicted with its bodies a and b.
+
+    met: how they meet, see `geometry.meet`; if that is not measured but a bound, A counts as a ball on a plane.
+    """
+    _, n, arm_a, arm_b = met
     mass = 1.0 / mobility_between(a, arm_a, b, arm_b, n)
     push = max(p.acceleration, 0.0)
     closing = sqrt(max(p.closing, 0.0) ** 2 + 2.0 * push * max(p.gap, 0.0))
     law = law_of(w, pair_at(w.pairs, p.pair))
-    k = 4.0 / 3.0 * law.e_star * sqrt(radius_where(w, p, a, b, n, arm_a, arm_b)[0])
+    radius = shape_at(w.shapes, p.a).radius
+    if measured:
+        radius, _ = radius_where(w, p, a, b, n, arm_a, arm_b)
+    k = 4.0 / 3.0 * law.e_star * sqrt(radius)
     return impact_duration(k, law.duration, mass, max(-p.gap, 0.0), closing, push)
 
 

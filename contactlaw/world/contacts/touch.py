@@ -259,7 +259,9 @@ def measure(w, c, a, b):
     if p.places > 1:
         overlap, n, arm_a, arm_b = meet_apart(w, p, a, b)
     else:
-        overlap, n, arm_a, arm_b = meet_contact(c, shape_at(w.shapes, c.shape_a), a, shape_at(w.shapes, c.shape_b), b)
+        overlap, n, arm_a, arm_b = meet_contact(
+            p, c, shape_at(w.shapes, c.shape_a), a, shape_at(w.shapes, c.shape_b), b
+        )
     t, old = c.touch, load(c.normal)
     mean_a, mean_b = scale(0.5, add(arm_a, load(c.arm_a))), scale(0.5, add(arm_b, load(c.arm_b)))
     moved = sub(moved_at(a, mean_a), moved_at(b, mean_b))

@@ -5,7 +5,7 @@ Python owns the arrays (`world.arrays`), keeps them alive and writes their addre
 
 from typing import Any
 
-from contactlaw.memory import element
+from contactlaw.memory import address_in, element
 from contactlaw.world.data import records
 
 body_at: Any = element(records.BODY)
@@ -14,6 +14,7 @@ field_at: Any = element(records.FIELD)
 pair_at: Any = element(records.PAIR)
 guard_at: Any = element(records.GUARD)
 near_at: Any = element(records.NEAR)
+near_address: Any = address_in(records.NEAR)
 contact_at: Any = element(records.CONTACT)
 tree_at: Any = element(records.TREE)
 world_at: Any = element(records.WORLD)

@@ -209,6 +209,9 @@ NEAR = record(
     closing_bound="f8",  # [m/s] greatest closing speed of any points of both at the start of a step, see `near.passing`
     guard="i8",  # the guard between its bodies, if its gap is costly to measure; else -1
     listed_gap="f8",  # [m] lower bound of the gap when the pair was listed, raised by later measurements
+    # where both were nearest when last looked at in this step: place along a segment or edge A, -1 to 1 from end to
+    # end; how many vertices of a hull B, 0: not known; these along its body's axes
+    along="f8", vertices="i8", feature=MATRIX,
 )  # fmt: skip
 """Two shapes near each other; A is round."""
 
@@ -316,7 +319,7 @@ class Arrays(NamedTuple):
     near_bodies: Array  # numbers of the bodies that are near something or belong to a tree, in order
     roots: Array  # first bodies of the islands of a window
     island_bodies: Array  # members of one island
-    island_pairs: Array
+    island_pairs: Array  # with room for another list of them
     grid: Array  # working memory of the broad phase
     saved_bodies: Array  # `SCRATCH` bodies, see `saved.scratch_body`, then room for a copy of each, see `save_body`
     trees: Array

@@ -23,13 +23,14 @@ from contactlaw.world.data.kinds import BOX, CYLINDER, EDGE, PLANE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, store, sub, to_body, to_world
 from contactlaw.world.near.relative import closing_along, relative_speed
-from contactlaw.world.shapes.geometry import centre, half_axis
+from contactlaw.world.shapes.geometry import centre, half_axis, meet_near
 
 EXCEEDED = -NEVER  # limit of a guard of which the listed parts no longer do
 ROUNDING = 1e-15  # of the trace of M0^T M
 PRISM_EXCESS = 0.003  # of a cylinder's radius; it is wider than the prism of `gjk.STAVE` by (1 - cos(pi/32))/2 = 0.0024
 SLACK = 0.2  # of a body's smallest radius: part of its margin, and of that of parts, that does not depend on speed
 LOOKS = 3  # evaluations of a bound on a mean speed to find until when two cores stay apart
+CLEAR_HEIGHT = 0.01  # of A's radius: where A is higher over a separating plane, its gap is taken from that plane
 NEAREST = 1.0 / 16.0  # of the time left: times of impact that are nearer are found for each pair of parts
 
 
@@ -168,6 +169,14 @@ def meet_half_space(w, p, a, b):
     gap = over - sa.radius - (abs(dot(n, half)) if sa.kind <= EDGE else norm(half))
     arm_a = axpy(-over, n, from_a)
     return -(gap if sa.kind < BOX else g.low - g.high), n, arm_a, add(arm_a, between)
+
+
+def meet_within(w, p, a, b, reach):
+    """Return `meet_near` of a pair whose gap may be below `reach` [m], else `meet_half_space`; and whether it may."""
+    met = meet_half_space(w, p, a, b)
+    if met[0] > -reach:
+        return meet_near(w, p, a, b), True
+    return met, False
 
 
 def has_plane(w, p, a, b):

@@ -16,6 +16,7 @@ CROWN = 0.01  # of the radius, by which sides, edges and discs are lower at thei
 FALL = 0.1  # of the radius, by which an edge falls off towards a corner: as deep as Hertz's theory holds
 FALL_LENGTH = 2.0  # of the radius, from the corner, within which it does
 LEAST = 1e-9  # [m] least distance from a core in quotients
+AHEAD = 3  # steps of Newton's method between two looks at a hull
 NOWHERE = ZERO, 0, ZERO, (ZERO, ZERO, ZERO)
 CONVERGED, CONVERGED_ON_HULL = 1e-15, 1e-10  # of a half length, a step at which the iteration ends; hulls cost more
 
@@ -138,37 +139,52 @@ def set_back(s, u, at):
     return s.radius * back, s.radius * slope, s.radius * growth
 
 
-def deepest_on_line(d, u, rounding, shapes, at):
+def slope_at(s, u, q, at, e, moved):
+    """Return value and slope at a place of what has its root at the deepest point, see `deepest_on_line`.
+
+    e: excess there; moved: its derivative.
+    """
+    _, falls, growth = set_back(s, u, at)
+    far, along = max(norm(e), LEAST), dot(e, q)
+    return far * falls + along, far * growth + falls * along / far + dot(moved, q)
+
+
+def deepest_on_line(d, u, rounding, shapes, at, known=NOWHERE):
     """Find the deepest point of a capsule's side, or of a core's edge, in a core.
 
     Returns its place -1..1 along the half axis u, its radius [m], and the result of `excess_at` there.
 
-    d: from the core's centre to the segment's middle, world frame. shapes: as for `excess_at`. at: where to begin. On a
-    face a capsule lies on its ends and a box on its corners; sides and edges meet edges. They are set back by c(s), see
-    `set_back`, so that they do not share the load of the ends, and so that the deepest point is unique and moves
-    continuously: it is the minimum of D + c, at distance D, the root of D (D' + c') = e.q + D c', e being the excess
-    and q half the axis. That grows with s by q.Hq + D c'' + c' e.q/D, and on cores with flat faces is almost piecewise
-    linear.
+    d: from the core's centre to the segment's middle, world frame. shapes: as for `excess_at`. at: where to begin;
+    known: result of `excess_at` nearby. On a face a capsule lies on its ends and a box on its corners; sides and edges
+    meet edges. They are set back by c(s), see `set_back`, so that they do not share the load of the ends, and so that
+    the deepest point is unique and moves continuously: it is the minimum of D + c, at distance D, the root of
+    D (D' + c') = e.q + D c', e being the excess and q half the axis. That grows with s by q.Hq + D c'' + c' e.q/D, and
+    on cores with flat faces is almost piecewise linear.
     """
     own, s, b = shapes[0], shapes[2], shapes[3]
     p, q, same = d, u, CONVERGED_ON_HULL
     if s.kind != HULL:
         p, q, same = local(d, s, b), local(u, s, b), CONVERGED
-    ends, back, found = (-2.0, 2.0), 0.0, NOWHERE
+    ends, found = (-2.0, 2.0), known
     for _ in range(ITERATIONS):
         found = excess_at(p, scale(at, q), rounding, shapes, found)
-        e, count, other, _ = found
-        back, falls, growth = set_back(own, u, at)
-        far, along = max(norm(e), LEAST), dot(e, q)
-        value = far * falls + along
-        slope = far * growth + falls * along / far + dot(change_of(e, count, other, q, rounding, s), q)
+        e, count, other, vertices = found
+        moved = change_of(e, count, other, q, rounding, s)
+        value, slope = slope_at(own, u, q, at, e, moved)
         if value == 0.0:  # the whole line is inside
             break
         new, ends = next_place(at, value, slope, ends)
-        if abs(new - at) <= same:
+        for _ in range(AHEAD if s.kind == HULL else 0):  # along one feature of a hull the excess is linear
+            value, slope = slope_at(own, u, q, new, axpy(new - at, moved, e), moved)
+            place = clip(new - value / slope)
+            if not ends[0] < place < ends[1] or place == new:
+                break
+            new = place
+        step, at = new - at, new
+        if abs(step) <= same:
+            found = axpy(step, moved, e), count, other, vertices
             break
-        at = new
-    return at, own.radius - back, found
+    return at, own.radius - set_back(own, u, at)[0], found
 
 
 jit_module(__name__)

@@ -216,7 +216,7 @@ def nearest_to_ellipsoid(sa, a, sb, b):
     return kept, best, axpy(-best, kept, add(between, facing(sa, a, scale(-1.0, kept)))), sb.radius
 
 
-def meet(sa, a, sb, b, _along):
+def meet(sa, a, sb, b, _last):
     """`geometry.meet` with an ellipsoid; the point of contact is in the middle between both surfaces."""
     d = sub(load(a.position), load(b.position))
     if sb.kind == PLANE:

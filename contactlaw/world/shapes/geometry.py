@@ -1,7 +1,7 @@
 """Overlap, normal, point of contact and effective radius of two shapes: spheres and planes here, others by address."""
 
 from contactlaw.jit import jit_module
-from contactlaw.world.data.access import contact_at, field_at, near_at, shape_at
+from contactlaw.world.data.access import contact_at, field_at, near_address, near_at, shape_at
 from contactlaw.world.data.call import ask_beside, ask_meet
 from contactlaw.world.data.kinds import BOX, CYLINDER, DISC, EDGE, ELLIPSOID, HEIGHT_FIELD, HULL, PLANE, SEGMENT, SPHERE
 from contactlaw.world.data.records import NEVER
@@ -24,10 +24,10 @@ def centre(s, b):
     return to_world(b.axes, load(s.at))
 
 
-def meet(sa, a, sb, b, along=0.0):
+def meet(sa, a, sb, b, last=0):
     """Return overlap [m], normal from B to A, and the arms of the point of contact from both centres of mass [m].
 
-    along: where the search for the deepest point of a segment or an edge A begins, -1 to 1 from end to end.
+    last: address of their near pair, which knows where they were nearest when they were last looked at; 0: not known.
 
     The forces on both bodies act at one point on the line of the centres, so that their moments cancel. Between two
     round shapes the point divides the distance as the radii do; on a plane or a core (a box, cylinder or hull) it is
@@ -38,7 +38,7 @@ def meet(sa, a, sb, b, along=0.0):
         return ask_beside(sb.beside, sa, a, sb, b, NEAREST, NO_PLACES, NO_PLACES)
     where = sb.meet if sb.meet != 0 and sa.kind != ELLIPSOID else sa.meet
     if where != 0:
-        return ask_meet(where, sa, a, sb, b, along)
+        return ask_meet(where, sa, a, sb, b, last)
     from_a, from_b = centre(sa, a), centre(sb, b)
     d = add(sub(load(a.position), load(b.position)), sub(from_a, from_b))
     if sb.kind == SPHERE:
@@ -48,10 +48,34 @@ def meet(sa, a, sb, b, along=0.0):
     return sa.radius - dot(d, n), n, arm, add(arm, sub(load(a.position), load(b.position)))
 
 
+def place_of(last):
+    """Return the place, -1 to 1 from end to end, where a segment or edge A of a near pair was nearest; see `meet`."""
+    return near_at(last, 0).along if last != 0 else 0.0
+
+
+def recall(last):
+    """Return how many vertices of a hull B were nearest, 0: not known, and these along its body's axes; see `meet`."""
+    if last == 0:
+        return 0, NO_PLACES
+    p = near_at(last, 0)
+    f = p.feature
+    return p.vertices, ((f[0], f[1], f[2]), (f[3], f[4], f[5]), (f[6], f[7], f[8]))
+
+
+def note(last, along, count, on_b):
+    """Let a near pair know what `place_of` and `recall` return; see `meet`."""
+    if last != 0:
+        p = near_at(last, 0)
+        p.along, p.vertices = along, count
+        for i in range(3 if count > 0 else 0):
+            for j in range(3):
+                p.feature[3 * i + j] = on_b[i][j]
+
+
 def meet_near(w, p, a, b):
     """Return `meet` of a near pair whose bodies are given, less the overlap that counts as none."""
     sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
-    overlap, n, arm_a, arm_b = meet_place(w, p, a, b) if p.places > 1 else meet(sa, a, sb, b)
+    overlap, n, arm_a, arm_b = meet_place(w, p, a, b) if p.places > 1 else meet(sa, a, sb, b, near_address(p))
     return overlap - p.initial_overlap, n, arm_a, arm_b
 
 

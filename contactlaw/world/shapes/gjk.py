@@ -18,7 +18,7 @@ from contactlaw.world.data.kinds import BOX, CYLINDER, DISC, EDGE, HULL, PLANE, 
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body, to_world
 from contactlaw.world.shapes.core import clip, deepest_on_line
 from contactlaw.world.shapes.disc import dimensions
-from contactlaw.world.shapes.geometry import BACK, centre
+from contactlaw.world.shapes.geometry import BACK, centre, note, place_of, recall
 
 ITERATIONS = 100  # at most; never reached
 CELLS = 4  # along each side of each face of the cube of directions
@@ -47,7 +47,12 @@ def cell_along(x):
 
 def support(s, b, d):
     """Return the point of a core furthest along d, from its body's centre of mass [m], world frame."""
-    at, own = load(s.at), to_body(b.axes, d)
+    return to_world(b.axes, furthest(s, to_body(b.axes, d))) if b.oriented != 0 else ZERO
+
+
+def furthest(s, own):
+    """Return the point of a core furthest along a direction, as `support`, both along the axes of its body."""
+    at = load(s.at)
     if s.kind == HULL:
         points, cell = doubles_at(s.points), 3 * cell_of(own)
         first = 3 * int(points[cell])
@@ -75,7 +80,7 @@ def support(s, b, d):
         angle = floor(atan2(own[1], own[0]) / STAVE + 0.5) * STAVE
         out = (h[0] - r) * (0.5 + 0.5 / cos(0.5 * STAVE))
         at = add(at, to_world(s.axes, (out * cos(angle), out * sin(angle), copysign(h[2] - r, own[2]))))
-    return to_world(b.axes, at) if b.oriented != 0 else ZERO
+    return at
 
 
 def on_triangle(p, q, r):
@@ -150,23 +155,24 @@ def nearest(sa, a, sb, b, shift, count=0, on_b=NONE):
     A is a box or a hull, or else a point, its middle; shift: added to A [m]. count, on_b: number and vertices of the
     nearest feature, found with A a point nearby; 0: not known. Returns the vector from the point on B to that on A,
     zero if the cores overlap; the point on B from its body's centre of mass [m]; how many vertices span the nearest
-    feature, of B where A is a point; the direction of that feature's edge, if there are two; and the vertices on B.
+    feature, of B where A is a point; the direction of that feature's edge, if there are two; and the vertices on B,
+    along its body's axes.
     """
-    d = add(sub(load(a.position), load(b.position)), shift)
-    to_a = centre(sa, a)
-    v = add(d, sub(to_a, centre(sb, b)))
+    to_a, is_core = add(sub(load(a.position), load(b.position)), shift), sa.kind >= BOX
+    above = to_body(b.axes, add(to_a, centre(sa, a)))  # all that follows is along B's axes
+    v = sub(above, load(sb.at))
     points, square, k, new = NONE, 1e300, (1.0, 0.0, 0.0), ZERO
     if count > 0:
-        above, on_b = add(d, to_a), (on_b[0], on_b[0 if count < 2 else 1], on_b[count - 1])
+        on_b = on_b[0], on_b[0 if count < 2 else 1], on_b[count - 1]
         points = sub(above, on_b[0]), sub(above, on_b[1]), sub(above, on_b[2])
         points, on_b, k, count = kept(points, on_b, on_triangle(points[0], points[1], points[2]))
         v = mean(k, points)
         square = dot(v, v)
     for _ in range(ITERATIONS):
-        to_b = support(sb, b, v)
-        if sa.kind >= BOX:
-            to_a = support(sa, a, scale(-1.0, v))
-        new = sub(add(d, to_a), to_b)
+        to_b = furthest(sb, v)
+        if is_core:
+            above = to_body(b.axes, add(to_a, support(sa, a, to_world(b.axes, scale(-1.0, v)))))
+        new = sub(above, to_b)
         if (count > 0 and new == points[0]) or (count > 1 and new == points[1]) or (count > 2 and new == points[2]):
             break
         if count < 3:
@@ -182,22 +188,27 @@ def nearest(sa, a, sb, b, shift, count=0, on_b=NONE):
         points, on_b, k, count = kept(more, ends, m)
     if dot(v, new) <= 0.0:
         v = ZERO
-    return v, mean(k, on_b), count, sub(on_b[0], on_b[1]), on_b
+    edge = to_world(b.axes, sub(on_b[0], on_b[1]))
+    return to_world(b.axes, v), to_world(b.axes, mean(k, on_b)), count, edge, on_b
 
 
-def meet(sa, a, sb, b, along):
+def meet(sa, a, sb, b, last):
     """`geometry.meet` with a hull."""
     radius_a, radius_b, from_a, u = sa.radius, sb.radius, centre(sa, a), ZERO
+    count, on_b = recall(last)
     if sa.kind == DISC:
         offset, radius_a = ask_deepest(sa.deepest, sa, a, sb, b, ZERO)
         from_a = add(from_a, offset)
         v, y, _, _, _ = nearest(sa, a, sb, b, offset)
     elif sa.kind == SEGMENT or sa.kind == EDGE:
         u = to_world(a.axes, load(sa.half))
-        at, radius_a, (v, _, _, _) = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b), along)
+        known = ZERO, count, ZERO, on_b
+        at, radius_a, (v, count, _, on_b) = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b), place_of(last), known)
         y = sub(add(sub(load(a.position), load(b.position)), axpy(at, u, from_a)), v)
+        note(last, at, count, on_b)
     else:
-        v, y, _, _, _ = nearest(sa, a, sb, b, ZERO)
+        v, y, count, _, on_b = nearest(sa, a, sb, b, ZERO, count, on_b)
+        note(last, 0.0, count if sa.kind < BOX else 0, on_b)
     both = radius_a + radius_b
     distance = norm(v)
     if distance > DEEP * both:

@@ -11,7 +11,7 @@ from contactlaw.world.data.kinds import DISC, EDGE, PLANE, SEGMENT, SIDE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub, to_world
 from contactlaw.world.shapes.core import clip, deepest_on_line, excess_of, length_and_direction, local, way_out
-from contactlaw.world.shapes.geometry import centre, half_axis, round_on_round
+from contactlaw.world.shapes.geometry import NO_PLACES, centre, half_axis, note, place_of, round_on_round
 
 CAPSULE_CROWN = 1e-3  # of the radius, by which the side of a capsule is lower at its ends
 GROWN = 1.5  # bound on the growth of accelerations by rotation within LARGEST_TURN
@@ -38,7 +38,7 @@ def nearest_on_segments(d, u, radius_a, v, radius_b):
     return clip((uv * t - du) / uu), t
 
 
-def meet(sa, a, sb, b, along):
+def meet(sa, a, sb, b, last):
     """`geometry.meet` of any round shape with a segment, a box or a cylinder, and of a rim with a plane."""
     from_a, from_b = centre(sa, a), centre(sb, b)
     d = add(sub(load(a.position), load(b.position)), sub(from_a, from_b))
@@ -51,7 +51,8 @@ def meet(sa, a, sb, b, along):
     radius, rounding = sa.radius, sb.radius if sa.kind >= EDGE else 0.0
     if sa.kind == SEGMENT or sa.kind == EDGE:
         u = half_axis(sa, a)
-        s, radius, _ = deepest_on_line(d, u, rounding, (sa, a, sb, b), along)
+        s, radius, _ = deepest_on_line(d, u, rounding, (sa, a, sb, b), place_of(last))
+        note(last, s, 0, NO_PLACES)
         d, from_a = axpy(s, u, d), axpy(s, u, from_a)
     elif sa.kind == DISC or sa.kind == SIDE:
         offset, radius = ask_deepest(sa.deepest, sa, a, sb, b, d)
