@@ -284,30 +284,9 @@ def any_guard_exceeded(w, until, least):
             if g.lead == k:
                 update_guard(w, g, left)
             lead = lead_of(w, g)
-            if may_exceed_limit(w, g, left * (lead.speed if least == 0.0 else lead.speed_now)):
+            if lead.moved + lead.lag + left * (lead.speed if least == 0.0 else lead.speed_now) > g.limit:
                 g.limit, out = EXCEEDED, True
     return out
-
-
-def may_exceed_limit(w, g, way):
-    """Return whether A can move further than its guard's limit, if it moves by no more than `way` [m] from here.
-
-    If no parts are listed, the present gap of both whole shapes gives a new limit first.
-    """
-    lead = lead_of(w, g)
-    path = lead.moved + lead.lag + way
-    if path <= g.limit:
-        return False
-    if g.unlisted != 0:
-        new_gap(w, g)
-    return path > g.limit
-
-
-def new_gap(w, g):
-    """Return the present gap [m] of two whole shapes of which no parts are listed; it gives their guard a new limit."""
-    _, low, high = separate(w, g, ZERO)
-    g.limit = max(g.limit, low - high + lead_of(w, g).moved - lead_of(w, g).lag)
-    return low - high
 
 
 def known_gap(w, p, time):

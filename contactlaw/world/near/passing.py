@@ -23,7 +23,7 @@ from contactlaw.world.data.kinds import BOX
 from contactlaw.world.data.quaternion import store4
 from contactlaw.world.data.records import ASKED, BOUNDED, DENIED, MEASURED, PASSES
 from contactlaw.world.data.saved import restore_body, save_body
-from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, scale, store, sub, to_body, to_world
+from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, store, sub, to_body, to_world
 from contactlaw.world.near import guards
 from contactlaw.world.near.relative import motion_against
 from contactlaw.world.shapes.geometry import meet_near
@@ -59,7 +59,7 @@ def find_passing(world):
         if g.lead == k:
             guards.update_guard(w, g, w.step)
         g.separated = 1 if stayed_separated(w, g) else 0
-        if g.separated == 0 and left_limit(w, g, lead, w.step * max(lead.last_speed_now, lead.speed_now)):
+        if g.separated == 0 and lead.moved + w.step * max(lead.last_speed_now, lead.speed_now) > g.limit:
             deny(w, body_at(w.bodies, g.body_a))
             deny(w, body_at(w.bodies, g.body_b))
     found, first = True, True
@@ -81,18 +81,6 @@ def find_passing(world):
         b = body_at(w.bodies, i)
         if may_pass(b):
             tree_at(b.tree, 0).passes = PASSES
-
-
-def left_limit(w, g, lead, way):
-    """Return whether A may have left its guard's limit within the step; way: path [m] of its points in that, at most.
-
-    If no parts are listed, both shapes have stayed apart if that path is shorter than the sum of their gaps at both
-    ends.
-    """
-    if lead.moved + way <= g.limit:
-        return False
-    before = g.limit - (lead.moved - lead.last_move)
-    return g.unlisted == 0 or before <= 0.0 or before + guards.new_gap(w, g) <= way
 
 
 def deny(w, b):
@@ -139,10 +127,10 @@ def separate_at_start(w, g):
 
     The last plane is kept while it separates them. Where no parts are listed, it is needed only near the guard's limit.
     """
-    g.separation = 0.0
+    g.separation, lead = 0.0, guards.lead_of(w, g)
     if shape_at(w.shapes, g.a).kind < BOX:
         return
-    if g.unlisted != 0 and not guards.may_exceed_limit(w, g, 2.0 * w.step * guards.lead_of(w, g).speed_now):
+    if g.unlisted != 0 and lead.moved + lead.lag + 2.0 * w.step * lead.speed_now <= g.limit:
         return
     b = body_at(w.bodies, g.body_b)
     n, low, high = guards.separate(w, g, to_world(b.axes, load(g.normal)))
@@ -165,8 +153,7 @@ def stayed_separated(w, g):
         |n . (s1 - s0)| + L (|n x (w1 - w0)| + h |w| |n x w1|)
 
     which is zero for an arm that turns about n. The third derivative is the speed times the square of the rate at which
-    A turns against B. For larger turns the height counts as falling from one end and rising to the other, at the
-    greatest speed along n of any point, as it goes round w.
+    A turns against B. Turns of more than MAX_PASSING_TURN are not judged.
     """
     if g.separation <= 0.0:
         return False
@@ -177,25 +164,11 @@ def stayed_separated(w, g):
     rate = max(norm(twist), norm(load(g.twist)))
     turn = h * rate
     if turn > MAX_PASSING_TURN:
-        fastest = max(speed_along(n, slide, twist, a.reach), speed_along(n, load(g.slide), load(g.twist), a.reach))
-        return low > high and g.separation + low - high > h * fastest
+        return False
     change = abs(dot(n, sub(slide, load(g.slide))))
     change += a.reach * (norm(cross(n, sub(twist, load(g.twist)))) + turn * norm(cross(n, twist)))
     speed = max(norm(slide), norm(load(g.slide))) + a.reach * rate
     return min(g.separation, low - high) > h * (DIP_SHARE * change + CUBIC * turn * turn * speed)
-
-
-def speed_along(n, slide, twist, reach):
-    """Return the greatest speed [m/s] along n of a body's points in a full turn about its spin `twist`.
-
-    slide: velocity of its centre, which turns with it; reach: of the points from there.
-    """
-    rate = norm(twist)
-    if rate == 0.0:
-        return abs(dot(n, slide))
-    axis = scale(1.0 / rate, twist)
-    off = norm(cross(n, axis))
-    return abs(dot(n, axis) * dot(axis, slide)) + off * (norm(cross(axis, slide)) + reach * rate)
 
 
 def may_follow(b):
