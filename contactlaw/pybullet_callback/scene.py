@@ -13,7 +13,7 @@ from contactlaw.pybullet_callback.contact import Contact, ContactState
 from contactlaw.pybullet_callback.shapes import Key, Measured, Side, can_move
 from contactlaw.pybullet_callback.trees import Tree
 from contactlaw.world import World
-from contactlaw.world.arrays import with_contacts_of
+from contactlaw.world.arrays import kept, restored, with_contacts_of
 from contactlaw.world.building import SUBSTEPS
 from contactlaw.world.data.frames import IDENTITY
 from contactlaw.world.data.records import EDITED, FREE, Array, Arrays
@@ -150,16 +150,15 @@ class Scene:
         """Return a copy of all state."""
         bodies = self.bodies
         jointed = [one.save() for one in bodies.trees]
-        arrays = Arrays(*(array.copy() for array in bodies.arrays))
-        return Saved(tuple(self.shapes), self._handles, arrays, bodies.rows.copy(), jointed)
+        return Saved(tuple(self.shapes), self._handles, kept(bodies.arrays), bodies.rows.copy(), jointed)
 
     def restore(self, saved: Saved) -> None:
         """Set the state to a saved one; ValueError if it is not of these contacts."""
         if not isinstance(saved, Saved) or (saved.shapes, saved.handles) != (tuple(self.shapes), self._handles):
             raise ValueError("saved: is not what `save` gave, or contacts have been added or removed since")
-        bodies = self.bodies
+        bodies, arrays = self.bodies, restored(saved.arrays, self.bodies.arrays)
         bodies.rows[:] = saved.rows
-        bodies.bind(Arrays(*(array.copy() for array in saved.arrays)))
+        bodies.bind(arrays)
         for one, values in zip(bodies.trees, saved.jointed, strict=True):
             one.restore(values)
 

@@ -32,6 +32,9 @@ from contactlaw.world.trees.tree_records import addresses
 FAR = 1e3  # [m] reach of a plane on a moving body
 RECORDED, NONE = set(SHAPE.names or ()), np.zeros((0, 3))  # fields of shapes; no vertices
 LEAST = 64  # room for near pairs and contacts at the start
+# arrays of which a saved state has all, or as many rows as are in use, which `WORLD` says by these names
+MOVING = ("bodies", "shapes", "pairs", "trees", "joints", "near_bodies", "grid", "world")
+USED = {"near": "nears", "guards": "guard_count", "spare": "spares"}
 NEAR_PAIRS, NEAR_PAIRS_OF_PART = 40, 8  # room in the list of near pairs, for each round shape and each part of a hull
 
 
@@ -188,6 +191,49 @@ def with_more_room(one: Arrays) -> Arrays:
         saved_memory=np.zeros((2 * more, one.memory.shape[1])),
         spare=np.concatenate([new, one.spare[:spares], np.zeros(more - spares, np.int64)]),
     )  # fmt: skip
+
+
+def with_own_code(one: Arrays, numbers: Array) -> Arrays:
+    """Return a world whose records name the functions of this process; numbers: parameters of its laws, made in it."""
+    write_addresses(one.shapes)
+    for name, place in addresses().items() if one.trees.size else ():
+        one.trees[name] = place
+    return one._replace(numbers=numbers)
+
+
+def kept(one: Arrays) -> Arrays:
+    """Return a copy of what moves in a world, rows in use alone, without what it is built of or works in."""
+    state, slots = one.bound().world[0], np.flatnonzero(one.contacts["phase"] != FREE)
+    used = {name: int(state[count]) for name, count in USED.items()} | dict.fromkeys(MOVING)
+    used["contacts"] = used["memory"] = int(slots[-1]) + 1 if slots.size else 0
+    return Arrays(*(array[: used.get(name, 0)].copy() for name, array in one._asdict().items()))
+
+
+def restored(saved: Arrays, own: Arrays) -> Arrays:
+    """Return a world built as `own`, in the state that `kept` returned, perhaps in another process.
+
+    Raises:
+        ValueError: Bodies, shapes or contacts are others.
+    """
+    if any(getattr(saved, name).shape != getattr(own, name).shape for name in MOVING) or (
+        saved.memory.shape[1] != own.memory.shape[1]
+    ):
+        raise ValueError("saved: is of another world, or bodies, shapes or contacts have been added since")
+    room = int(saved.world["contact_room"][0])
+    while own.contacts.size < room:
+        own = with_more_room(own)
+    made = own._replace(**{name: getattr(saved, name).copy() for name in MOVING})
+    for name in ("contacts", "memory", *USED):
+        array = np.zeros_like(getattr(own, name))
+        array[: len(getattr(saved, name))] = getattr(saved, name)
+        made = made._replace(**{name: array})
+    for name in ("radius", "numbers", "relaxed", "friction"):
+        made.pairs[name] = own.pairs[name]
+    more = own.contacts.size - room
+    made.spare[more:] = made.spare[: made.spare.size - more].copy()
+    made.spare[:more] = np.arange(room + more - 1, room - 1, -1)
+    made.world["spares"] += more
+    return with_own_code(made, own.numbers)
 
 
 def with_contacts_of(one: Arrays, old: Arrays, shapes: dict[int, int]) -> Arrays:

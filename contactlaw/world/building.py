@@ -50,6 +50,7 @@ class Building(Shapes):
         state["crowd"] = checks.count("crowd", crowd, 0)
         state["stillness"] = checks.number("stillness", stillness, "from 0 to 1e-2", low=0.0, high=1e-2)
         self._rules: list[int] = []  # of two sets of shapes: their pair of materials; -1: they do not touch
+        self._pairs: list[ContactPair] = []
         self._new_bodies: list[dict[str, Any]] = []
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -171,6 +172,7 @@ class Building(Shapes):
         """
         checks.instance("pair", pair, ContactPair)
         self.add_rule(shapes1, shapes2, self._arrays.pairs.size)
+        self._pairs.append(pair)
         self._arrays = with_pair(self._arrays, pair.radius or 0.0, pair.parameters(radius=1.0), pair.memory_size)
 
     def add_rule(self, shapes1: int | Iterable[int], shapes2: int | Iterable[int], pair: int = -1) -> None:

@@ -2,13 +2,14 @@
 
 import warnings
 from math import inf
+from typing import Any
 
 import numpy as np
 
 from contactlaw import checks
 from contactlaw.pair import DEEPEST, TOO_DEEP, ContactWarning
 from contactlaw.world import readout
-from contactlaw.world.arrays import with_more_room
+from contactlaw.world.arrays import kept, restored, with_more_room, with_own_code
 from contactlaw.world.building import Building
 from contactlaw.world.data.demand import PENDING_ERROR
 from contactlaw.world.data.frames import product
@@ -149,19 +150,24 @@ class World(Building):
         return np.array(self._owners, np.int64)
 
     def save(self) -> Arrays:
-        """Return a copy of the whole state; steps from it are the same to the bit."""
-        return Arrays(*(array.copy() for array in self.arrays))
+        """Return a copy of the whole state; steps from it are the same to the bit. It may be pickled into a file."""
+        return kept(self.arrays)
 
     def restore(self, saved: Arrays) -> None:
-        """Set the world back to what `save` returned.
+        """Set the world back to what `save` returned, of this world or of one built alike, in this process or another.
+
+        Materials, friction and laws are those of this world.
 
         Raises:
-            ValueError: Not what `save` returned, or bodies or shapes have been added since.
+            ValueError: Not what `save` returned, or bodies, shapes or contacts have been added since.
         """
-        checks.instance("saved", saved, Arrays)
-        if saved.bodies.size != self.arrays.bodies.size or saved.shapes.size != self.arrays.shapes.size:
-            raise ValueError("saved: is of another world, or bodies or shapes have been added since")
-        self._arrays = Arrays(*(array.copy() for array in saved))
+        self._arrays = restored(checks.instance("saved", saved, Arrays), self.arrays)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Unpickle: the addresses of functions are those of this process."""
+        self.__dict__.update(state)
+        numbers = [pair.parameters(radius=1.0) for pair in self._pairs]
+        self._arrays = with_own_code(self._arrays, np.concatenate([*numbers, np.zeros(0)]))
 
 
 def _reading(values: Array) -> Array:

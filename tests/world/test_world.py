@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import pickle
 import re
+import subprocess
+import sys
 import textwrap
 import warnings
 from math import inf
@@ -13,6 +16,7 @@ import pytest
 
 from contactlaw import ContactWarning
 from contactlaw.world import World
+from contactlaw.world.trees.description import Joint, Part, Tree
 from tests.world.world_scenes import FLOOR, RADIUS, balls, goes_on_alike, mass_of, steel_pair
 
 WEIGHT = mass_of(RADIUS) * 9.81
@@ -56,6 +60,47 @@ def test_bad_input_is_named(call, message: str) -> None:
     world.add_sphere(world.add_body(1.0, 1.0), 0.1)
     with pytest.raises(ValueError, match=re.escape(message)):
         call(world)
+
+
+OTHER_PROCESS = """
+import pickle, sys
+from tests.world.test_world import rolling
+world = rolling(0.2)
+world.step(3)
+sys.stdout.buffer.write(pickle.dumps((world.save(), world)))
+"""
+
+
+def rolling(friction: float) -> World:
+    """A ball, a box and a hinged ball on a floor: functions of a law, of shapes and of trees."""
+    world, pair = World(timestep=2e-3), steel_pair(friction, 0.5)
+    floor = world.add_plane(None, (0, 0, 0), (0, 0, 1))
+    ball = world.add_sphere(world.add_body(0.5, 1.25e-4, (0, 0, 0.03), (1, 0, 0)), 0.025)
+    box = world.add_box(world.add_body(1.0, 1e-3, (1, 0, 0.021), (1, 0, 0)), (0.03, 0.02, 0.02))
+    arm = Part(0.5, 1.25e-4, [Joint("hinge", at=(0, 0, 0.1))], position=(3, 0, 0.024))
+    hung = world.add_sphere(world.add_tree(Tree([arm]), [0.5])[1][0], 0.025)
+    world.add_contact([ball, box, hung], floor, pair)
+    return world
+
+
+def test_a_state_from_a_file_goes_on_in_another_process() -> None:
+    """To the bit; a saved state has few bytes, and takes materials and friction from the world it is restored to."""
+    child = [sys.executable, "-c", OTHER_PROCESS]
+    saved, other = pickle.loads(subprocess.run(child, check=True, stdout=subprocess.PIPE).stdout)
+    worlds = [rolling(0.2), rolling(0.2), other, rolling(0.1)]
+    worlds[0].step(3)
+    worlds[1].restore(saved)
+    worlds[3].restore(saved)
+    for world in worlds:
+        world.step(40)
+    for world in worlds[1:3]:
+        np.testing.assert_array_equal(world.position, worlds[0].position)
+        assert world.energy == worlds[0].energy
+    assert worlds[3].velocity[1, 0] > worlds[0].velocity[1, 0] + 0.05
+    assert len(pickle.dumps(saved)) < 0.5 * len(pickle.dumps(tuple(worlds[1].arrays)))
+    worlds[1].add_contact(0, 1, steel_pair())
+    with pytest.raises(ValueError, match="bodies, shapes or contacts have been added since"):
+        worlds[1].restore(saved)
 
 
 def test_what_would_change_nothing_is_refused() -> None:
