@@ -27,11 +27,10 @@ from contactlaw.world.near.guards import (
     path_bound,
     raise_listed_gap,
 )
-from contactlaw.world.near.listing import list_near, may_leave_margin
+from contactlaw.world.near.listing import DELTA_V_MARGIN, list_near, may_leave_margin
 from contactlaw.world.near.time_of_impact import find_gap, predict
 from contactlaw.world.shapes.geometry import meet_near
 
-DELTA_V_MARGIN = 1.5  # margin on the change of velocity by impacts, over that of an elastic impact of free bodies
 CROWD_WINDOW = 24.0  # durations of the shortest impact in a window where more than `WORLD.crowd` contacts persist
 EARLY = 0.1  # durations of the impact: a window may begin so long before a touch; the first substep begins at that
 GROWTH = 1.1  # a bound on a change of velocity that has grown by a smaller factor is not passed on
@@ -197,14 +196,21 @@ def joins_nothing(w, p, a, b, length):
 
 def reaches_unlisted(w, time):
     """Return whether impacts could bring a body to what is not listed, within a time [s] from the step's start on."""
-    for n in range(w.near_body_count):
-        b = body_at(w.bodies, whole_at(w.near_bodies, n))
-        if b.delta_v > 0.0 and may_leave_margin(b, time, DELTA_V_MARGIN * b.delta_v):
-            return True
+    if leaves_margins(w, time):
+        return True
     for k in range(w.guard_count):
         g = guard_at(w.guards, k)
         gained = body_at(w.bodies, g.body_a).delta_v + body_at(w.bodies, g.body_b).delta_v
         if gained > 0.0 and path_bound(w, g, time) + time * DELTA_V_MARGIN * gained > g.limit:
+            return True
+    return False
+
+
+def leaves_margins(w, time):
+    """Return whether impacts could bring a body out of its margin within a time [s] from its present position on."""
+    for n in range(w.near_body_count):
+        b = body_at(w.bodies, whole_at(w.near_bodies, n))
+        if b.delta_v > 0.0 and may_leave_margin(b, time, DELTA_V_MARGIN * b.delta_v):
             return True
     return False
 

@@ -89,6 +89,21 @@ def test_moving_balls_meet_whoever_comes_in_their_way():
     assert world.velocity[:, 0].max() == pytest.approx(40.0, rel=1e-3)
 
 
+def test_a_ball_struck_beside_a_crowd_meets_what_was_not_near():
+    """Windows are long in a crowd of persistent contacts: in one, a ball may be thrown far out of its margin."""
+    world, steel = World(timestep=2e-3), ContactPair("steel", "steel", 0.2, 0.9)
+    floor = world.add_plane(None, (0, 0, 0), (0, 0, 1))
+    row = [world.add_sphere(world.add_body(0.5, 1.25e-4, (x, 0, 9)), 0.025) for x in (-0.052, 0.0, 0.062)]
+    crowd = [world.add_sphere(world.add_body(0.5, 1.25e-4, (0.1 * i, 1, 0.025), (0.25, 0, 0)), 0.025) for i in range(6)]
+    world.add_contact(row, row, steel)
+    world.add_contact(crowd, floor, ContactPair("steel", "steel", 0.2, 0.5, law="coulomb"))
+    world.step(20)
+    for body, (x, speed) in enumerate([(-0.052, 10.0), (0.0, 0.0), (0.062, 0.0)]):
+        world.place(body, (x, 0, 9), (speed, 0, 0))
+    world.step()
+    assert world.velocity[:3, 0] == pytest.approx([0.5, 0.475, 9.025], abs=1e-3)
+
+
 def test_of_a_wide_floor_only_what_is_beneath_a_box_is_near_it():
     """Its far edges and corners end in the plane that the box stands on; there four corners of the box touch it."""
     world = World()
