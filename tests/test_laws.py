@@ -245,6 +245,20 @@ def test_nothing_asks_a_law_for_its_name() -> None:
 
 
 @pytest.mark.heavy
+def test_a_law_that_uses_more_memory_than_it_has_is_named() -> None:
+    """Compiled code would write it over what belongs to others, and end the process some time later."""
+
+    class Forgetful(Law):
+        @staticmethod
+        def force(contact, law, memory, du, dv, dt):
+            memory[0, 1] = du
+            return memory[0, 1], 0.0
+
+    with pytest.raises(IndexError, match=r"Forgetful\.force: memory = 1, of shape \(2, 1\): index is out of bounds"):
+        rebound(0.5, 1.2, Forgetful())
+
+
+@pytest.mark.heavy
 def test_a_law_that_does_not_compile_is_named() -> None:
     class Misspelt(Law):
         @staticmethod

@@ -96,7 +96,7 @@ class Law:
             speeds: Table of `laws.speeds`; None: restitution and friction do not depend on speed.
         """
         numbers = self.numbers()
-        own, addresses = numbers.view(np.float64), _addresses(self.functions(), numbers.dtype)
+        own, addresses = numbers.view(np.float64), _addresses(self.functions(), numbers.dtype, int(self.memory))
         at = 0 if speeds is None else record.PAIR_SIZE + own.size
         pair = np.array((*known, at, self.linear, self.memory, self.sectors, *addresses), record.PAIR)
         return np.concatenate([pair.reshape(1).view(np.float64), own, *([] if speeds is None else [speeds])])
@@ -122,11 +122,14 @@ KNOWN: dict[str, type[Law]] = {}
 
 
 @lru_cache(maxsize=256)
-def _addresses(given: tuple[Callable[..., Any], ...], numbers: np.dtype) -> tuple[float, ...]:
+def _addresses(given: tuple[Callable[..., Any], ...], numbers: np.dtype, memory: int) -> tuple[float, ...]:
     """Compile the functions of a law for its record and return their addresses.
+
+    A user's `force` is called once with checked indices: what it writes beyond its memory would end the process.
 
     Raises:
         TypeError: One cannot be compiled.
+        IndexError: `force` uses more vectors than the law has.
     """
     functions = [getattr(function, "py_func", function) for function in given]
     if INTERPRETED:
@@ -136,6 +139,11 @@ def _addresses(given: tuple[Callable[..., Any], ...], numbers: np.dtype) -> tupl
         try:
             ours = Path(one.__code__.co_filename).is_relative_to(PACKAGE)
             addresses.append(float(address_of(one, signature, ours=ours)))
+            if not ours and not addresses[1:]:
+                checked = numba.njit(signature, boundscheck=True, error_model="numpy")(one)
+                checked(np.ones(1, record.CONTACT)[0], np.ones(1, numbers)[0], np.zeros((2, memory)), 1.0, 1.0, 1.0)
+        except IndexError as error:
+            raise IndexError(f"{one.__qualname__}: memory = {memory}, of shape (2, {memory}): {error}") from error
         except Exception as error:  # numba's, of any kind, which may not tell the function
             raise TypeError(f"{one.__qualname__}: numba cannot compile it: {type(error).__name__}: {error}") from error
     return tuple(addresses)
