@@ -6,8 +6,9 @@ follows from the bodies at the start of a step: near pairs are listed anew.
 
 The row holds the number of contacts that are closed, or open with an initial overlap; of each, in the order of the near
 list, its two shapes, its touches, the numbers of its record, and the history of its law; of each body whether it
-sleeps, and the acceleration it fell asleep with; of each pair its ledger. Users of the engine can write to rows: its
-adapter knows by a checksum whether a row is as `write` has left it, for a world of these sizes, and reads no other.
+sleeps, and the acceleration it fell asleep with, or its pause of implicit steps; of each pair its ledger. Users of the
+engine can write to rows: its adapter knows by a checksum whether a row is as `write` has left it, for a world of these
+sizes, and reads no other.
 """
 
 from math import isfinite
@@ -19,7 +20,7 @@ from contactlaw.memory import doubles_at, set_whole, whole_at
 from contactlaw.world.contacts.touch import add_to_ledger, has_parted
 from contactlaw.world.data.access import axis_at, body_at, contact_at, link_at, near_at, pair_at, shape_at, tree_at
 from contactlaw.world.data.materials import friction_of, law_of, memory_of
-from contactlaw.world.data.records import CLOSED, CONTACT, FREE, LEDGER, PARTED
+from contactlaw.world.data.records import CLOSED, CONTACT, FREE, LEDGER, PARTED, PAUSE_LIMIT
 from contactlaw.world.data.saved import FIELDS, KNOWN_NUMBERS
 from contactlaw.world.data.vec import store
 from contactlaw.world.near.listing import count_slots
@@ -86,7 +87,7 @@ def write(w, out):
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         sleeps = b.asleep != 0 and isfinite(b.held[0] + b.held[1] + b.held[2])
-        out[at] = 1.0 if sleeps else 0.0
+        out[at] = 1.0 if sleeps else -float(b.pause + PAUSE_LIMIT * b.last_pause)
         for j in range(3):
             out[at + 1 + j] = b.held[j] if sleeps else 0.0
         at += SLEEP
@@ -154,7 +155,7 @@ def clear_state(w):
         set_whole(w.spare, w.contact_room - 1 - i, i)
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
-        b.asleep, b.active = 0, 0
+        b.asleep, b.active, b.pause, b.last_pause = 0, 0, 0, 0
         clear(b.held)
     for i in range(w.pair_count):
         clear(pair_at(w.pairs, i).ledger)
@@ -199,8 +200,11 @@ def restore_contact(w, c, a, b):
 
 
 def restore_sleep(b, row):
-    """Put a body to sleep if a row says so."""
-    if row[0] > 0.0 and (b.active != 0 or b.tree != 0):
+    """Put a body to sleep, or set its pause, as a row says."""
+    if row[0] <= 0.0:
+        pauses = int(-row[0])
+        b.pause, b.last_pause = pauses % PAUSE_LIMIT, pauses // PAUSE_LIMIT
+    elif b.active != 0 or b.tree != 0:
         b.asleep = 1
         copy(row[1:], b.held)
 

@@ -38,16 +38,18 @@ def goes_on_after_resets(model, data, steps):
 
 
 def test_a_heap_set_back_at_any_step_goes_on_to_the_bit():
-    """While it falls, lands, lies, falls asleep and sleeps; into data used before."""
+    """While it falls, lands, waits with its implicit steps, lies, falls asleep and sleeps; into data used before."""
     world = poured(Settings("mujoco", timestep=2e-3), 8)
     world.start()
     data = world.data
-    saved, slept = [], 0
+    saved, waited, slept = [], 0, 0
     for _ in range(320):
         saved.append(state_of(world.model, data))
         mujoco.mj_step(world.model, data)
+        numbers = data.plugin_state
+        waited += int(((numbers < 0.0) & (numbers > -64.0) & (numbers == np.floor(numbers))).sum() >= 8)
         slept += int(not data.qvel.any())
-    assert slept > 100
+    assert waited > 10 and slept > 100
     goes_on_from_all(world.model, saved, 20)
     world.close()
 

@@ -26,6 +26,7 @@ EDITED, RESIZED, AGED, FRESH = 1, 2, 1, 2  # values of `WORLD.edited`; of `WORLD
 DENIED, ASKED, PASSES = 0, 1, 2  # values of `TREE.passes`
 PLACED = 2  # value of `TREE.stale`
 COASTS = 2  # value of `NEAR.active`
+PAUSE_LIMIT = 8  # steps; a power of two
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; that of a parted contact is kept until the next step
 VECTOR = ("f8", (3,))
 MATRIX = ("f8", (9,))  # row by row
@@ -59,6 +60,7 @@ BODY = record(
     active="i8",  # 1: it is near something (window), or a closed contact presses on it (sleep, implicit step)
     done="i8",  # 1: its step is over; FOLLOWS: and it is where the engine has it, see `near.passing`
     unknown="i8",  # index of its first velocity among the unknowns of an implicit step; -1: none
+    pause="i8", last_pause="i8",  # steps for which no implicit step is tried with it, < PAUSE_LIMIT: left, and in all
     asleep="i8", held=VECTOR,  # acceleration when it fell asleep; in a tree see `trees.mobility.stop`
     changed="i8",  # 1: its velocity has changed, so that times of impact predicted with it no longer hold
     pressed="i8",  # 1: it is in contact, as found between two steps for engines' adapters, see `step.find_pressed`

@@ -25,7 +25,7 @@ from contactlaw.world.contacts.touch import add_work, end_contact, force_of
 from contactlaw.world.data.access import body_at, contact_at, near_at, row_at, tree_at
 from contactlaw.world.data.call import call_with_body
 from contactlaw.world.data.quaternion import load4, product, rotation_vector
-from contactlaw.world.data.records import AGED, NEVER
+from contactlaw.world.data.records import AGED, NEVER, PAUSE_LIMIT
 from contactlaw.world.data.saved import restore_body, restore_contact, save_body, save_contact, saved_body
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, load, norm, scale, store, sub
 from contactlaw.world.implicit.acceptance import ENERGY_GAIN, changes_regime, energy, is_persistent, motion_of
@@ -60,10 +60,21 @@ def take_implicit_steps(w):
     for k in range(w.islands):
         root = whole_at(w.roots, k)
         bodies, pairs = list_bodies(w, root), list_pairs(w, root)
-        if is_persistent(w, bodies, pairs) and take_step(w, bodies, pairs):
+        if is_due(w, bodies) and is_persistent(w, bodies, pairs) and take_step(w, bodies, pairs):
             fall_asleep(w, bodies, pairs)
             some = True
     return some
+
+
+def is_due(w, bodies):
+    """Return whether to try an implicit step with an island, and count down its pauses after failures to converge."""
+    now = True
+    for i in range(bodies):
+        b = body_at(w.bodies, whole_at(w.island_bodies, i))
+        if b.pause > 0:
+            b.pause -= 1
+            now = False
+    return now
 
 
 def take_step(w, bodies, pairs):
@@ -72,7 +83,8 @@ def take_step(w, bodies, pairs):
     stages, steady, slides = motion_of(w, bodies, pairs)
     stage = GAMMA * w.step if stages == 2 else w.step
     before, _ = energy(w, bodies, pairs)
-    accepted = solve_stages(w, bodies, pairs, stage, steady, slides) and not changes_regime(w, pairs)
+    solved = solve_stages(w, bodies, pairs, stage, steady, slides)
+    accepted = solved and not changes_regime(w, pairs)
     if accepted:
         after, size = energy(w, bodies, pairs)
         accepted = after - before <= ENERGY_GAIN * size
@@ -80,7 +92,7 @@ def take_step(w, bodies, pairs):
         add_impulses(w, pairs, stage)
         w.implicit += 1
     for i in range(bodies):
-        finish_body(w, whole_at(w.island_bodies, i), accepted)
+        finish_body(w, whole_at(w.island_bodies, i), solved, accepted)
     for i in range(pairs):
         finish_contact(w, row_at(w.rows, i), accepted)
     return accepted
@@ -108,9 +120,13 @@ def solve_stages(w, bodies, pairs, stage, steady, slides):
     return solve(w, bodies, pairs, (stage, w.step), NEVER if w.solved > before else 0.0, slides)
 
 
-def finish_body(w, k, accepted):
-    """Leave body k as it is at the end of an accepted step, or restore it."""
+def finish_body(w, k, solved, accepted):
+    """Leave body k as it is at the end of an accepted step, or restore it.
+
+    Each step that was not solved is followed by a pause of about twice as many steps as the one before.
+    """
     b = body_at(w.bodies, k)
+    pause = 0 if solved else min(2 * b.last_pause + 1, PAUSE_LIMIT - 1)
     if accepted:
         b.time = w.step
         b.done = 1
@@ -119,6 +135,7 @@ def finish_body(w, k, accepted):
         update_momentum(b)
     else:
         restore_body(w, k)
+    b.pause, b.last_pause = pause, pause
     if b.tree != 0 and b.member == 0:
         if not accepted:
             t = tree_at(b.tree, 0)
