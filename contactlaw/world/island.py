@@ -26,6 +26,7 @@ from contactlaw.world.data.demand import COAST, START_COASTING
 from contactlaw.world.data.records import NEVER, TWIST_ALWAYS, TWIST_LATER, TWIST_NOW
 from contactlaw.world.data.vec import load, norm, store, sub
 from contactlaw.world.near.guards import gap_bound, meet_within, raise_listed_gap
+from contactlaw.world.near.listing import may_leave_margin
 from contactlaw.world.near.time_of_impact import predict
 from contactlaw.world.shapes.geometry import meet_near, takes_known_gap
 from contactlaw.world.sleep import fall_asleep
@@ -48,10 +49,11 @@ IMMEDIATE = 1e-6  # of the time left of a window: shapes in contact close within
 
 
 def integrate(w, root, now, until):
-    """Integrate an island through a window, from a time of the step to another [s].
+    """Integrate an island through a window, from a time of the step to another [s]; return the time that it got to.
 
-    If a body is lost, the positions of all bodies of the island become NaN, which engines detect and report; the first
-    such body of a step is noted in `w`.
+    That is earlier only if a loose body, see `window.join_loose`, may leave its margin before. If a body is lost, the
+    positions of all bodies of the island become NaN, which engines detect and report; the first such body of a step is
+    noted in `w`.
     """
     bodies, t = list_bodies(w, root), now
     while t < until:
@@ -68,7 +70,9 @@ def integrate(w, root, now, until):
                     b = body_at(w.bodies, whole_at(w.island_bodies, i))
                     b.time, b.done = w.step, 1
                     store(b.position, (nan, nan, nan))
-                return
+                return until
+            if root == w.loose and leaves_margins(w, bodies, until - t):
+                until = t
         elif t < until:  # a touch at the end: over so short a substep rounding would hide its speed
             t = until
             for i in range(bodies):
@@ -78,6 +82,7 @@ def integrate(w, root, now, until):
         b.time = until
         b.changed = 1
     fall_asleep(w, bodies, list_pairs(w, root))
+    return until
 
 
 def list_bodies(w, root):
@@ -195,10 +200,13 @@ def take_substeps(w, root, listed, t, now, until):
         closed, shorter = evaluate_contacts(w, pairs, (h, next_h), closed <= w.crowd)
         closed += coasting
         going = closed > 0 and not is_last
+        soon = shorter < (NEVER if closed <= w.crowd else LEAST_CHANGE * next_h)
+        review = going and (soon or since_review == BLOCK)
+        if review and root == w.loose:
+            going = review = not leaves_margins(w, bodies, min(2.0 * BLOCK * next_h, left))
         if not going:
             next_h = 0.0
-        review = going and shorter < (NEVER if closed <= w.crowd else LEAST_CHANGE * next_h)
-        if review or (going and since_review == BLOCK):
+        if review:
             target = max(min(substep_length(w, pairs, coasting, t), left), shortest)
             if joints and not whole and target > GROWTH * next_h:  # longer substeps reach further than what is at hand
                 pairs, whole = list_at_hand(w, root, bodies, NEVER, 1.0), True
@@ -264,6 +272,14 @@ def kick_bodies(w, pairs, h, next_h):
         else:
             apply_force(c, a, b, c.end_weight * h)
             end_contact(p, c)
+
+
+def leaves_margins(w, bodies, time):
+    """Return whether a body of an island may leave its margin within a time [s], at its present speed."""
+    leaves = False
+    for i in range(bodies):
+        leaves = leaves or may_leave_margin(body_at(w.bodies, whole_at(w.island_bodies, i)), time)
+    return leaves
 
 
 def lost_body(w, bodies, time):

@@ -4,7 +4,7 @@ begin                 prepare the step; list near pairs anew if bodies may have 
 predict_all           times of impact
 take_implicit_steps   islands of persistent contacts go to the end of the step at once (`implicit`)
 plan_window           length of the next window from the shortest impact that is going on
-activate_window       pairs that are closed, or that could close in the window
+activate              pairs that are closed, or that could close in the window
 list_islands          bodies that these pairs join
 integrate             each island through the window
 ...                   from window to window; where nothing is closed, straight to the next impact
@@ -31,13 +31,13 @@ from contactlaw.world.data.records import AGED, ASKED, BOUNDED, DENIED, MEASURED
 from contactlaw.world.data.vec import load, store
 from contactlaw.world.island import integrate
 from contactlaw.world.near.guards import any_guard_exceeded, closing_bound, known_gap, surface_speed, update_guard
-from contactlaw.world.near.listing import MANY_BODIES, count_slots, list_near, list_parts_anew, may_leave_margin
+from contactlaw.world.near.listing import count_slots, list_near, list_parts_anew, may_leave_margin
 from contactlaw.world.near.passing import separate_at_start
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.sleep import is_disturbed, wake
 from contactlaw.world.window import (
     activate,
-    leaves_margins,
+    join_loose,
     list_anew,
     list_islands,
     plan_window,
@@ -223,31 +223,16 @@ def finish(w, dt):
         until = now + window
         if not dt - until > REMAINDER * window:
             until = dt
-        activate_window(w, now, until, window > shortest)
-        list_islands(w)
+        while activate(w, now, until) and wake(w, now, False):
+            pass
+        list_islands(w, join_loose(w, until - now) if window > shortest else -1)
         for k in range(w.islands):
-            integrate(w, whole_at(w.roots, k), now, until)
+            until = integrate(w, whole_at(w.roots, k), now, until)
         now = until
         check_margins(w, dt - now)
     for k in range(w.body_count):
         fly(body_at(w.bodies, k), dt)
     w.edited = 0
-
-
-def activate_window(w, now, until, is_long):
-    """Activate pairs as `activate` does, and wake what sleeps in them.
-
-    If impacts could throw a body out of its margin in a window that is longer than they are, against what is not
-    listed, near pairs are listed first with margins that allow for that.
-    """
-    while activate(w, now, until) and wake(w, now, False):
-        pass
-    if is_long and leaves_margins(w, until - now):
-        list_near(w, until - now)
-        predict_all(w, now, w.step)
-        while activate(w, now, until) and wake(w, now, False):
-            pass
-        w.stale = 1 if w.body_count > MANY_BODIES else 0
 
 
 def take_implicit_steps(w):

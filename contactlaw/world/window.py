@@ -27,10 +27,11 @@ from contactlaw.world.near.guards import (
     path_bound,
     raise_listed_gap,
 )
-from contactlaw.world.near.listing import DELTA_V_MARGIN, list_near, may_leave_margin
+from contactlaw.world.near.listing import list_near, may_leave_margin
 from contactlaw.world.near.time_of_impact import find_gap, predict
 from contactlaw.world.shapes.geometry import meet_near
 
+DELTA_V_MARGIN = 1.5  # margin on the change of velocity by impacts, over that of an elastic impact of free bodies
 CROWD_WINDOW = 24.0  # durations of the shortest impact in a window where more than `WORLD.crowd` contacts persist
 EARLY = 0.1  # durations of the impact: a window may begin so long before a touch; the first substep begins at that
 GROWTH = 1.1  # a bound on a change of velocity that has grown by a smaller factor is not passed on
@@ -196,8 +197,9 @@ def joins_nothing(w, p, a, b, length):
 
 def reaches_unlisted(w, time):
     """Return whether impacts could bring a body to what is not listed, within a time [s] from the step's start on."""
-    if leaves_margins(w, time):
-        return True
+    for n in range(w.near_body_count):
+        if is_loose(body_at(w.bodies, whole_at(w.near_bodies, n)), time):
+            return True
     for k in range(w.guard_count):
         g = guard_at(w.guards, k)
         gained = body_at(w.bodies, g.body_a).delta_v + body_at(w.bodies, g.body_b).delta_v
@@ -206,13 +208,23 @@ def reaches_unlisted(w, time):
     return False
 
 
-def leaves_margins(w, time):
-    """Return whether impacts could bring a body out of its margin within a time [s] from its present position on."""
+def is_loose(b, time):
+    """Return whether impacts within a time [s] could throw a body out of its margin, against what is not listed."""
+    return b.delta_v > 0.0 and may_leave_margin(b, time, DELTA_V_MARGIN * b.delta_v)
+
+
+def join_loose(w, time):
+    """Join the bodies that are loose in a window of a length [s] into one island; return its first body, -1: none.
+
+    That island is integrated first, and ends the window for all when one of its bodies comes to the end of its margin.
+    """
+    first = -1
     for n in range(w.near_body_count):
-        b = body_at(w.bodies, whole_at(w.near_bodies, n))
-        if b.delta_v > 0.0 and may_leave_margin(b, time, DELTA_V_MARGIN * b.delta_v):
-            return True
-    return False
+        i = whole_at(w.near_bodies, n)
+        if is_loose(body_at(w.bodies, i), time):
+            first = i if first < 0 else first
+            join(w, first, i)
+    return root_of(w, first) if first >= 0 else -1
 
 
 def list_anew(w):
@@ -290,9 +302,12 @@ def join(w, i, j):
     body_at(w.bodies, max(i, j)).island = min(i, j)
 
 
-def list_islands(w):
-    """Link the active pairs and the bodies of each island into lists, and note the islands' roots."""
-    w.islands = 0
+def list_islands(w, first=-1):
+    """Link the active pairs and the bodies of each island into lists, and note the islands' roots.
+
+    first: root of an island that comes first.
+    """
+    w.islands, w.loose = 0, first
     for k in range(w.nears - 1, -1, -1):
         p = near_at(w.near, k)
         if p.active == 0 or (body_at(w.bodies, p.body_a).still != 0 and body_at(w.bodies, p.body_b).still != 0):
@@ -305,6 +320,10 @@ def list_islands(w):
             w.islands += 1
         p.link = r.head
         r.head = k
+    for k in range(w.islands if first >= 0 else 0):
+        if whole_at(w.roots, k) == first:
+            set_whole(w.roots, k, whole_at(w.roots, 0))
+            set_whole(w.roots, 0, first)
     for n in range(w.near_body_count - 1, -1, -1):
         i = whole_at(w.near_bodies, n)
         root = root_of(w, i)

@@ -367,6 +367,7 @@ WORLD = record(
     stillness="f8",  # share of a sleeping contact's load and energy that may be unbalanced and kinetic; 0: none sleeps
     nears="i8", guard_count="i8", spares="i8", islands="i8", near_body_count="i8",  # how many of each there are
     slots="i8",  # how many slots of contacts have ever been in use: the first ones
+    loose="i8",  # first body of the island that may end a window early, see `window.join_loose`; -1: none
     rested="i8", stale="i8",  # 1: no body moved in the last step; 1: near pairs must be listed anew
     brief="i8",  # 1: and will be again in the next step
     age="i8",  # AGED, FRESH: near pairs were listed in an earlier step, which must not show, or in this; 0: no matter

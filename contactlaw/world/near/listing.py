@@ -23,7 +23,6 @@ from contactlaw.world.near.guards import EXCEEDED, SLACK, has_shapes, separate, 
 from contactlaw.world.near.pairing import complete_near, is_part, list_by_parts, list_pair
 from contactlaw.world.shapes.geometry import bounding_radius, centre, meet
 
-DELTA_V_MARGIN = 1.5  # margin on the change of velocity by impacts, over that of an elastic impact of free bodies
 # Steps that margins last at present speeds. More where few bodies have many shapes: the cost of listing grows with the
 # shapes, that of going through the list in each window with the bodies.
 MARGIN_STEPS = 4.0
@@ -43,11 +42,10 @@ def may_leave_margin(b, left, gained=0.0):
     return way + (0.0 if b.still != 0 else left * (surface_speed(b, left) + gained)) > b.margin
 
 
-def list_near(w, window=0.0):
+def list_near(w):
     """List near pairs anew; contacts keep their state.
 
-    The margins are for several steps, or for one step if the arrays are too small for that many near pairs. They allow
-    for the changes of velocity that impacts can cause, over `window` [s].
+    The margins are for several steps, or for one step if the arrays are too small for that many near pairs.
     """
     lost, wholes, ends, cores = w.lost, 0, 0, 0  # cores: by how many they outnumber round shapes
     for i in range(w.shape_count):
@@ -61,10 +59,10 @@ def list_near(w, window=0.0):
     lasts = min(lasts, BRIEF_STEPS) if w.brief != 0 else lasts
     few = wholes - ends <= FEW
     link_contacts(w)
-    list_within(w, lasts if w.body_count <= MANY_BODIES else 1.0, window, few)
+    list_within(w, lasts if w.body_count <= MANY_BODIES else 1.0, few)
     if w.lost > lost:
         w.lost = lost
-        list_within(w, 1.0, 0.0, few)
+        list_within(w, 1.0, few)
     complete_list(w)
     w.lists += 1
     w.stale = 0
@@ -117,9 +115,9 @@ def complete_list(w):
             release(w, slot)
 
 
-def list_within(w, steps, window, few):
-    """List the shapes that are near within margins for a number of steps; window: see `list_near`, few: `list_few`."""
-    smallest = set_margins(w, steps * w.step, window)
+def list_within(w, steps, few):
+    """List the shapes that are near within margins for a number of steps; few: see `list_few`."""
+    smallest = set_margins(w, steps * w.step)
     w.nears, w.guard_count = 0, 0
     if few:
         list_few(w)
@@ -196,12 +194,11 @@ def list_bodies(w):
             w.near_body_count += 1
 
 
-def set_margins(w, time, window):
+def set_margins(w, time):
     """Set the margins of all bodies for a time [s] at their speed bounds within a step, from their present positions.
 
-    window: see `list_near`. Returns the width [m] of the smallest shape with its margin. A body that is behind in time
-    is not moved first, as its rounding would then depend on margins. The motion that it has to make up for uses part of
-    its margin.
+    Returns the width [m] of the smallest shape with its margin. A body that is behind in time is not moved first, as
+    its rounding would then depend on margins. The motion that it has to make up for uses part of its margin.
     """
     total = 0.0
     for i in range(w.body_count):
@@ -214,8 +211,6 @@ def set_margins(w, time, window):
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         b.margin += SLACK * b.size + (0.0 if b.inverse_mass == 0.0 else impact_margin)
-        if window > 0.0:
-            b.margin = max(b.margin, window * (surface_speed(b, window) + DELTA_V_MARGIN * b.delta_v))
     smallest = NEVER
     for i in range(w.shape_count):
         s = shape_at(w.shapes, i)

@@ -96,10 +96,15 @@ def change_of(e, count, other, q, less, s):
 
 
 def length_and_direction(e):
-    """Return the length of a vector and its direction, exact along an axis; of zero no direction."""
+    """Return the length of a vector and its direction; along an axis, as over a face, without a root."""
+    if e[0] == 0.0 == e[1]:
+        return abs(e[2]), (0.0, 0.0, copysign(1.0, e[2]))
+    if e[1] == 0.0 == e[2]:
+        return abs(e[0]), (copysign(1.0, e[0]), 0.0, 0.0)
+    if e[2] == 0.0 == e[0]:
+        return abs(e[1]), (0.0, copysign(1.0, e[1]), 0.0)
     length = norm(e)
-    most = max(length, 1e-300)
-    return length, (e[0] / most, e[1] / most, e[2] / most)
+    return length, scale(1.0 / length, e)
 
 
 def way_out(p, s):
