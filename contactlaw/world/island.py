@@ -30,7 +30,7 @@ from contactlaw.world.near.listing import may_leave_margin
 from contactlaw.world.near.time_of_impact import predict
 from contactlaw.world.shapes.geometry import meet_near, takes_known_gap
 from contactlaw.world.sleep import fall_asleep
-from contactlaw.world.window import list_at_hand
+from contactlaw.world.window import list_at_hand, list_bodies, list_pairs
 
 BLOCK = 16  # substeps between two reviews of their length
 LOOKAHEAD = 2.0  # substeps within which an open pair must be able to close for its gap to be measured
@@ -83,27 +83,6 @@ def integrate(w, root, now, until):
         b.changed = 1
     fall_asleep(w, bodies, list_pairs(w, root))
     return until
-
-
-def list_bodies(w, root):
-    """List the moving bodies of an island in `w`; return how many."""
-    count, i = 0, root
-    while i >= 0:
-        if body_at(w.bodies, i).still == 0:
-            set_whole(w.island_bodies, count, i)
-            count += 1
-        i = body_at(w.bodies, i).link
-    return count
-
-
-def list_pairs(w, root):
-    """List the active pairs of an island in `w`; return how many."""
-    count, k = 0, body_at(w.bodies, root).head
-    while k >= 0:
-        set_whole(w.island_pairs, count, k)
-        count += 1
-        k = near_at(w.near, k).link
-    return count
 
 
 def fly_to_touch(w, bodies, pairs, t, now, until):

@@ -332,6 +332,27 @@ def list_islands(w, first=-1):
             body_at(w.bodies, root).link = i
 
 
+def list_bodies(w, root):
+    """List the moving bodies of an island in `w`; return how many."""
+    count, i = 0, root
+    while i >= 0:
+        if body_at(w.bodies, i).still == 0:
+            set_whole(w.island_bodies, count, i)
+            count += 1
+        i = body_at(w.bodies, i).link
+    return count
+
+
+def list_pairs(w, root):
+    """List the active pairs of an island in `w`; return how many."""
+    count, k = 0, body_at(w.bodies, root).head
+    while k >= 0:
+        set_whole(w.island_pairs, count, k)
+        count += 1
+        k = near_at(w.near, k).link
+    return count
+
+
 def list_at_hand(w, root, bodies, substeps, least):
     """List the closed pairs of an island, and the open ones that can close in so many substeps like the next.
 

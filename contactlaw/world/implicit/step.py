@@ -31,10 +31,17 @@ from contactlaw.world.data.vec import ZERO, add, axpy, cross, load, norm, scale,
 from contactlaw.world.implicit.acceptance import ENERGY_GAIN, changes_regime, energy, is_persistent, motion_of
 from contactlaw.world.implicit.equations import equations_of, factorise, substitute
 from contactlaw.world.implicit.newton import add_stiffness, begin_matrix, begin_residual, evaluate_contact
-from contactlaw.world.island import list_bodies, list_pairs
 from contactlaw.world.sleep import fall_asleep, wake
 from contactlaw.world.trees.kinematics import vector
-from contactlaw.world.window import activate, list_anew, list_islands, predict_all, reaches_unlisted
+from contactlaw.world.window import (
+    activate,
+    list_anew,
+    list_bodies,
+    list_islands,
+    list_pairs,
+    predict_all,
+    reaches_unlisted,
+)
 
 GAMMA = 1.0 - sqrt(0.5)  # length of a stage, as a share of the step
 MAX_ITERATIONS = 25  # of Newton's method in a stage
