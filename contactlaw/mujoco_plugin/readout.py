@@ -131,11 +131,14 @@ def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
 class View:
     """Arrays of the world of an mjData.
 
-    head: of the block. instances: ids of the contacts. numbers: of those meant, among them and of their pairs.
+    data: the owner, which must live as long as they. head: of the block. instances: ids of the contacts. numbers: of
+    those meant, among them and of their pairs.
     """
 
-    def __init__(self, head: Any, world: Any, instances: Sequence[int] = (), numbers: Sequence[int] = ()) -> None:
-        self.world, self.instances, self.numbers = world, instances, numbers
+    def __init__(
+        self, head: Any, world: Any, instances: Sequence[int] = (), numbers: Sequence[int] = (), data: Any = None
+    ) -> None:
+        self.world, self.instances, self.numbers, self.data = world, instances, numbers, data
         self.contacts = record_at(world["contacts"], CONTACT, world["contact_room"])
         self.bodies = record_at(world["bodies"], BODY, world["body_count"])
         self.pairs = record_at(world["pairs"], PAIR, world["pair_count"])
@@ -168,7 +171,7 @@ def view_of(model: mujoco.MjModel, data: mujoco.MjData, *names: str) -> View:
     _LOOK(callbacks.ADDRESSES["look"])(model._address, data._address, known[0])
     head = record_at(data.plugin_data[known[0]], HEAD, 1)[0]
     head["calm"] = 0  # the caller may change something, such as friction
-    return View(head, record_at(head["world"], WORLD, 1)[0], known, numbers or range(len(known)))
+    return View(head, record_at(head["world"], WORLD, 1)[0], known, numbers or range(len(known)), data)
 
 
 def set_friction(model: mujoco.MjModel, data: mujoco.MjData, name: str, friction: float) -> None:

@@ -1,6 +1,7 @@
 """What a user reads of contacts: wrenches, slip, observations; and what reads the engine's own contacts alone."""
 
 import warnings
+import weakref
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from mujoco_scenes import BALL, SLED, mujoco, steel_pair
 
 from contactlaw import MATERIALS, ContactPair, ContactWarning
 from contactlaw.mujoco_plugin import contact_wrenches, contacts_of, load_model, save_model
+from contactlaw.mujoco_plugin.readout import view_of
 
 RUBBER = MATERIALS["rubber"]
 
@@ -29,6 +31,15 @@ def test_wrenches_are_those_that_the_engine_reads_of_its_own_contacts():
     assert found[1].shape == (2, 6) and not found[1][0].any()
     np.testing.assert_allclose(found[1][1], expected, atol=2e-3)
     np.testing.assert_allclose(found[0][1], expected, atol=0.02)  # whose own contact creeps
+
+
+def test_what_is_read_lives_as_long_as_its_reader():
+    """`load_model` read the names of geoms that overlap from an MjData that was gone; robot hands ended the process."""
+    model = load_model(BALL, [("ball", "floor", steel_pair())])
+    data = mujoco.MjData(model)
+    alive, view = weakref.ref(data), view_of(model, data)
+    del data
+    assert alive() is not None and view.geoms.size == view.shapes.size
 
 
 def test_slip_is_told():
