@@ -9,42 +9,18 @@ import numpy as np
 import pytest
 
 from contactlaw import MATERIALS, ContactPair, Material
-from contactlaw.jit import jit
-from contactlaw.laws.slip import stuck_stiffness
 from contactlaw.world import World
-from contactlaw.world.contacts.force import advance_from_saved, dashpot_of, has_dashpot, slopes
-from contactlaw.world.data.access import contact_at
-from contactlaw.world.data.saved import save_contact
-from contactlaw.world.implicit.acceptance import motion_of
 from contactlaw.world.implicit.equations import room_for
 from contactlaw.world.trees.description import Joint, Part, Tree
 from sims.contact_point import static_overlap
 from tests.world.chains import Chain, Link
 from tests.world.jointed_scenes import TIP, arm_over_floor, rod
+from tests.world.lasting_scenes import FRICTION, INERTIA, LENGTH, MASS, RADIUS, STEEL, ball, pair, sweeping_arm
 from tests.world.world_scenes import mass_of
 
-STEEL = MATERIALS["steel"]
-RADIUS, HALF, FOOT, BOX = 0.01, 0.05, 0.005, 1.0
-LENGTH = 0.2  # [m] of a rod
-MASS = mass_of(RADIUS)
-INERTIA = 0.4 * MASS * RADIUS**2
+HALF, FOOT, BOX = 0.05, 0.005, 1.0
 SHORT = 5e-5  # [s], a step that resolves no more than an impact: none is implicit
 BEGIN = 0.01  # [s] in short steps, in which loads set in with a swing that longer ones damp
-FRICTION = 0.3
-
-
-def pair(friction: float = FRICTION) -> ContactPair:
-    return ContactPair(STEEL, STEEL, friction, 0.5)
-
-
-def ball(timestep: float, speed: float = 0.0, spin: float = 0.0, down: float = 0.0) -> World:
-    """A ball on a floor, with the overlap that it rests with."""
-    world = World(timestep=timestep)
-    floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-    sunk = static_overlap(pair(), MASS * 9.81, RADIUS)
-    body = world.add_body(MASS, INERTIA, (0.0, 0.0, RADIUS - sunk), (speed, 0.0, -down), spin=(0.0, spin, 0.0))
-    world.add_contact(world.add_sphere(body, RADIUS), floor, pair())
-    return world
 
 
 def box(timestep: float, friction: float, tilt: float = 20.0) -> World:
@@ -328,17 +304,6 @@ def test_what_swings_on_a_rod_that_lies_swings_no_higher(timestep: float) -> Non
     assert max(heights) == pytest.approx(height * (1.0 - cos(0.3)), rel=10.0 * timestep)
 
 
-def sweeping_arm(timestep: float, rate: float) -> World:
-    """A rod on an upright hinge and a level one, whose tip lies on the floor and drags over it."""
-    world = World(timestep=timestep)
-    mass, far, inertia = rod(0.005, LENGTH, mass_of(TIP))
-    links = [Link(1e-3, 1e-6, axis=(0.0, 0.0, 1.0)), Link(mass, (1e-6, inertia, inertia), (-far, 0.0, 0.0))]
-    _, bodies = world.add_tree(Chain(links), [0.0, 0.0], [rate, 0.0])
-    floor = world.add_plane(None, (0.0, 0.0, -TIP), (0.0, 0.0, 1.0))
-    world.add_contact(world.add_sphere(bodies[1], TIP, (LENGTH - far, 0.0, 0.0)), floor, pair())
-    return world
-
-
 def test_an_implicit_step_of_an_arm_that_fails_leaves_the_state_to_the_bit() -> None:
     assert check_failures(lambda: sweeping_arm(2e-3, 1.0), 100) > 0
 
@@ -356,76 +321,3 @@ def test_a_block_that_rocks_on_two_edges_takes_implicit_steps():
     assert world.arrays.world["implicit"][0] - found == 20
     assert world.arrays.world["solved"][0] - solved <= 30
     assert len(world.contacts) == 2
-
-
-@jit
-def slopes_both_ways(world, moved, stage, out):
-    """What slopes are told of the first contact, after a slide, and the differences that its law makes of them."""
-    w = world[0]
-    save_contact(w, 0)
-    c = contact_at(w.contacts, 0)
-    t, u, v = c.touch, moved[0], moved[1]
-    t.before, t.closing = t.overlap, 0.0
-    advance_from_saved(w, c, 0, (u, v, 0.0), (u / stage, v / stage, 0.0))
-    force, f, g, overlap, way = t.force, t.f, t.g, t.overlap, 1e-4 * t.overlap
-    out[0, :7] = slopes(w, c, 0, (u, v, 0.0), (u / stage, v / stage, 0.0), stage)[:7]
-    t.overlap, t.closing = overlap + way, way / stage
-    advance_from_saved(w, c, 0, (u, v, 0.0), (u / stage, v / stage, 0.0))
-    out[1, :3] = (t.force - force) / way, (t.f - f) / way, (t.g - g) / way
-    t.overlap, t.closing = overlap, 0.0
-    for k, (x, y) in enumerate(((u + way, v), (u, v + way))):
-        advance_from_saved(w, c, 0, (x, y, 0.0), (x / stage, y / stage, 0.0))
-        out[1, 3 + 2 * k], out[1, 4 + 2 * k] = (t.f - f) / way, (t.g - g) / way
-
-
-@pytest.mark.parametrize("slide", [(6e-4, 0.0), (4e-4, 3e-4)])
-def test_slopes_of_what_slides_are_those_of_its_law(slide: tuple[float, float]) -> None:
-    """Of them no law is asked: the friction force is mu P along the slide."""
-    world = ball(2e-3, 1.0)
-    world.step(5)
-    assert world.contacts["closed"].all()
-    out = np.full((2, 7), np.nan)
-    slopes_both_ways(world.arrays.bound().world, np.array(slide), 6e-4, out)
-    np.testing.assert_allclose(out[0], out[1], rtol=1e-2, atol=1e-3 * FRICTION * out[1, 0] * 1e-3)
-
-
-@jit
-def slope_back(world, stage, out):
-    """The slope of friction along the second tangent, just behind its limit after a slide; and that of sticking."""
-    w = world[0]
-    save_contact(w, 0)
-    c = contact_at(w.contacts, 0)
-    t, back = c.touch, -1e-7 * c.touch.overlap
-    t.before, t.closing = t.overlap, 0.0
-    advance_from_saved(w, c, 0, (0.0, back, 0.0), (0.0, back / stage, 0.0))
-    out[0] = slopes(w, c, 0, (0.0, back, 0.0), (0.0, back / stage, 0.0), stage)[6]
-    out[1] = stuck_stiffness(t) + (dashpot_of(t) / stage if has_dashpot(c) else 0.0)
-
-
-def test_the_slope_of_what_has_turned_back_is_that_of_sticking() -> None:
-    """Though a small step forward would bring it back to its limit: Newton's method would not converge at rest."""
-    world = ball(2e-3, -1.0)
-    world.step(5)
-    assert world.arrays.contacts[0]["touch"]["g"] > 0.0
-    out = np.full(2, np.nan)
-    slope_back(world.arrays.bound().world, 6e-4, out)
-    assert out[0] == pytest.approx(out[1], rel=1e-2)
-
-
-@jit
-def stages(world):
-    """How many stages an island of two bodies with one contact takes."""
-    return motion_of(world[0], 2, 1)[0]
-
-
-@pytest.mark.parametrize(("rate", "taken"), [(1e-2, 2), (1e-5, 1)])
-def test_what_creeps_with_joints_takes_one_stage(rate: float, taken: int) -> None:
-    """Creeps: slides at its limit, but in a step by less than its springs yield. Two stages would swing joints up."""
-    world = sweeping_arm(2e-3, 1.0)
-    world.step(10)
-    world.place_tree(0, world.tree(0)[0], [rate, 0.0])
-    t = world.arrays.contacts[0]["touch"]
-    assert np.hypot(t["f"], t["g"]) == pytest.approx(t["friction"] * t["force"])
-    arrays = world.arrays.bound()
-    arrays.island_bodies[:2], arrays.rows["slot"][0] = (1, 2), 0
-    assert stages(arrays.world) == taken

@@ -1,0 +1,87 @@
+"""What Newton's method of implicit steps is told: the slopes of laws, and how many stages an island takes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from contactlaw.jit import jit
+from contactlaw.laws.slip import stuck_stiffness
+from contactlaw.world.contacts.force import advance_from_saved, dashpot_of, has_dashpot, slopes
+from contactlaw.world.data.access import contact_at
+from contactlaw.world.data.saved import save_contact
+from contactlaw.world.implicit.acceptance import motion_of
+from tests.world.lasting_scenes import FRICTION, ball, sweeping_arm
+
+
+@jit
+def slopes_both_ways(world, moved, stage, out):
+    """What slopes are told of the first contact, after a slide, and the differences that its law makes of them."""
+    w = world[0]
+    save_contact(w, 0)
+    c = contact_at(w.contacts, 0)
+    t, u, v = c.touch, moved[0], moved[1]
+    t.before, t.closing = t.overlap, 0.0
+    advance_from_saved(w, c, 0, (u, v, 0.0), (u / stage, v / stage, 0.0))
+    force, f, g, overlap, way = t.force, t.f, t.g, t.overlap, 1e-4 * t.overlap
+    out[0, :7] = slopes(w, c, 0, (u, v, 0.0), (u / stage, v / stage, 0.0), stage)[:7]
+    t.overlap, t.closing = overlap + way, way / stage
+    advance_from_saved(w, c, 0, (u, v, 0.0), (u / stage, v / stage, 0.0))
+    out[1, :3] = (t.force - force) / way, (t.f - f) / way, (t.g - g) / way
+    t.overlap, t.closing = overlap, 0.0
+    for k, (x, y) in enumerate(((u + way, v), (u, v + way))):
+        advance_from_saved(w, c, 0, (x, y, 0.0), (x / stage, y / stage, 0.0))
+        out[1, 3 + 2 * k], out[1, 4 + 2 * k] = (t.f - f) / way, (t.g - g) / way
+
+
+@pytest.mark.parametrize("slide", [(6e-4, 0.0), (4e-4, 3e-4)])
+def test_slopes_of_what_slides_are_those_of_its_law(slide: tuple[float, float]) -> None:
+    """Of them no law is asked: the friction force is mu P along the slide."""
+    world = ball(2e-3, 1.0)
+    world.step(5)
+    assert world.contacts["closed"].all()
+    out = np.full((2, 7), np.nan)
+    slopes_both_ways(world.arrays.bound().world, np.array(slide), 6e-4, out)
+    np.testing.assert_allclose(out[0], out[1], rtol=1e-2, atol=1e-3 * FRICTION * out[1, 0] * 1e-3)
+
+
+@jit
+def slope_back(world, stage, out):
+    """The slope of friction along the second tangent, just behind its limit after a slide; and that of sticking."""
+    w = world[0]
+    save_contact(w, 0)
+    c = contact_at(w.contacts, 0)
+    t, back = c.touch, -1e-7 * c.touch.overlap
+    t.before, t.closing = t.overlap, 0.0
+    advance_from_saved(w, c, 0, (0.0, back, 0.0), (0.0, back / stage, 0.0))
+    out[0] = slopes(w, c, 0, (0.0, back, 0.0), (0.0, back / stage, 0.0), stage)[6]
+    out[1] = stuck_stiffness(t) + (dashpot_of(t) / stage if has_dashpot(c) else 0.0)
+
+
+def test_the_slope_of_what_has_turned_back_is_that_of_sticking() -> None:
+    """Though a small step forward would bring it back to its limit: Newton's method would not converge at rest."""
+    world = ball(2e-3, -1.0)
+    world.step(5)
+    assert world.arrays.contacts[0]["touch"]["g"] > 0.0
+    out = np.full(2, np.nan)
+    slope_back(world.arrays.bound().world, 6e-4, out)
+    assert out[0] == pytest.approx(out[1], rel=1e-2)
+
+
+@jit
+def stages(world):
+    """How many stages an island of two bodies with one contact takes."""
+    return motion_of(world[0], 2, 1)[0]
+
+
+@pytest.mark.parametrize(("rate", "taken"), [(1e-2, 2), (1e-5, 1)])
+def test_what_creeps_with_joints_takes_one_stage(rate: float, taken: int) -> None:
+    """Creeps: slides at its limit, but in a step by less than its springs yield. Two stages would swing joints up."""
+    world = sweeping_arm(2e-3, 1.0)
+    world.step(10)
+    world.place_tree(0, world.tree(0)[0], [rate, 0.0])
+    t = world.arrays.contacts[0]["touch"]
+    assert np.hypot(t["f"], t["g"]) == pytest.approx(t["friction"] * t["force"])
+    arrays = world.arrays.bound()
+    arrays.island_bodies[:2], arrays.rows["slot"][0] = (1, 2), 0
+    assert stages(arrays.world) == taken
