@@ -3,7 +3,7 @@
 import difflib
 import operator
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields
 from decimal import Decimal
 from fnmatch import fnmatchcase
@@ -90,11 +90,11 @@ def broadcast(given: dict[str, ArrayLike]) -> list[NDArray[np.float64]]:
 
 
 def vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    """Return value as a finite float64 vector of three."""
+    """Return a copy of value as a finite float64 vector of three."""
     array = finite_array(name, value)
     if array.shape != (3,):
         raise ValueError(f"{name}: shape {array.shape}; must be (3,)")
-    return array
+    return array.copy()
 
 
 def unit_vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
@@ -104,6 +104,14 @@ def unit_vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
     if abs(length - 1.0) > 1e-6:
         raise ValueError(f"{name} = {array.tolist()}: must be a unit vector, its length is {length:.6g}")
     return array / length
+
+
+def set_fields(one: Any, **checked: Callable[[str, Any], Any]) -> None:
+    """Replace fields of a frozen dataclass by what their checks return of (name, value); a None by default stays."""
+    for name, check in checked.items():
+        value = getattr(one, name)
+        if value is not None or getattr(type(one), name, one) is not None:
+            object.__setattr__(one, name, check(name, value))
 
 
 def text_of(value: Any) -> str:
@@ -171,17 +179,19 @@ def instance(name: str, value: Any, *kinds: type) -> Any:
 
 def count(name: str, value: Any, least: int, most: int = LARGEST_COUNT) -> int:
     """Return value as an int >= least, and at most `most`."""
-    try:
-        if isinstance(value, bool):
-            raise TypeError
-        result = operator.index(value)
-    except TypeError:
-        result = least - 1
-    if result > most:
-        raise ValueError(f"{name} = {value!r}: must be an integer from {least} to {most}")
-    if result < least:
-        raise ValueError(f"{name} = {value!r}: must be an integer >= {least}")
+    result = whole(value)
+    if result is None or not least <= result <= most:
+        allowed = f">= {least}" if result is None or result < least else f"from {least} to {most}"
+        raise ValueError(f"{name} = {value!r}: must be an integer {allowed}")
     return result
+
+
+def whole(value: Any) -> int | None:
+    """Return value as an int if it is one, and no truth value; else None."""
+    try:
+        return None if isinstance(value, bool) else operator.index(value)
+    except TypeError:
+        return None
 
 
 def need(module: str, what: str, extra: str) -> None:

@@ -3,6 +3,7 @@
 from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from math import hypot, inf, isfinite, isinf, nan, sqrt
 
 import numpy as np
@@ -41,16 +42,11 @@ class Body:
     spin: ArrayLike = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        allowed = "> 0 (inf: a fixed body, a plane)"
-        for name in ("mass", "radius"):
-            value = checks.number(name, getattr(self, name), allowed, low=0.0, high=inf, open_low=True)
-            object.__setattr__(self, name, value)
+        size = partial(checks.number, allowed="> 0 (inf: a fixed body, a plane)", low=0.0, high=inf, open_low=True)
+        checks.set_fields(self, mass=size, radius=size, inertia=checks.positive)
+        checks.set_fields(self, velocity=checks.vector, spin=checks.vector)
         if isinf(self.radius) and not isinf(self.mass):
             raise ValueError(f"radius = {self.radius!r}: a body of mass {self.mass!r} needs a finite radius")
-        if self.inertia is not None:
-            object.__setattr__(self, "inertia", checks.positive("inertia", self.inertia))
-        for name in ("velocity", "spin"):
-            object.__setattr__(self, name, checks.vector(name, getattr(self, name)).copy())
 
     @property
     def inverse_mass(self) -> float:

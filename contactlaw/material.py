@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 from math import inf, isinf
 
 from contactlaw import checks
+
+_modulus = partial(checks.number, allowed="> 0 (inf: a rigid body)", low=0.0, high=inf, open_low=True)
+_ratio = partial(checks.number, allowed="in (-1, 0.5]", low=-1.0, high=0.5, open_low=True)
 
 
 @dataclass(frozen=True)
@@ -30,22 +34,14 @@ class Material:
     source: str = field(default="", repr=False)
 
     def __post_init__(self) -> None:
-        modulus = checks.number(
-            "youngs_modulus", self.youngs_modulus, "> 0 (inf: a rigid body)", low=0.0, high=inf, open_low=True
-        )
-        ratio = checks.number("poissons_ratio", self.poissons_ratio, "in (-1, 0.5]", low=-1.0, high=0.5, open_low=True)
-        object.__setattr__(self, "youngs_modulus", modulus)
-        object.__setattr__(self, "poissons_ratio", ratio)
-        if self.density is not None:
-            object.__setattr__(self, "density", checks.positive("density", self.density))
+        checks.set_fields(self, youngs_modulus=_modulus, poissons_ratio=_ratio, density=checks.positive)
 
     @classmethod
     def from_shear_modulus(
         cls, shear_modulus: float, poissons_ratio: float, density: float | None = None, name: str = "", source: str = ""
     ) -> Material:
         """Return the material of shear modulus G [Pa] and Poisson's ratio nu: E = 2 (1 + nu) G."""
-        shear = checks.number("shear_modulus", shear_modulus, "> 0 (inf: a rigid body)", low=0, high=inf, open_low=True)
-        ratio = checks.number("poissons_ratio", poissons_ratio, "in (-1, 0.5]", low=-1.0, high=0.5, open_low=True)
+        shear, ratio = _modulus("shear_modulus", shear_modulus), _ratio("poissons_ratio", poissons_ratio)
         return cls(2.0 * (1.0 + ratio) * shear, ratio, density, name, source)
 
     @property
@@ -135,8 +131,8 @@ MATERIALS = Materials({name: Material(e, nu, rho, name, text) for name, (e, nu, 
 MATERIALS["rigid"] = RIGID
 
 
-def material_of(argument: str, value: Material | str) -> Material:
-    """Return a material, given itself or by its name in `MATERIALS`.
+def material_of(argument: str, value: Material | str, other: str = "a contactlaw.Material") -> Material:
+    """Return a material, given itself or by its name in `MATERIALS`; other: what else may be given, for the message.
 
     Raises:
         ValueError: The value is neither; the message names the argument.
@@ -144,5 +140,5 @@ def material_of(argument: str, value: Material | str) -> Material:
     known = MATERIALS.get(value, value) if isinstance(value, str) else value
     if not isinstance(known, Material):
         names = f"{', '.join(MATERIALS)}{checks.hint(value, MATERIALS)}"
-        raise ValueError(f"{argument} = {value!r}: must be a contactlaw.Material or one of {names}")
+        raise ValueError(f"{argument} = {value!r}: must be {other} or one of {names}")
     return known

@@ -65,8 +65,7 @@ class ContactPair:
         ) -> None: ...  # fmt: skip
 
     def __post_init__(self) -> None:
-        for name in ("a", "b"):
-            object.__setattr__(self, name, material_of(name, getattr(self, name)))
+        checks.set_fields(self, a=material_of, b=material_of)
         if self.a.is_rigid and self.b.is_rigid:
             raise ValueError("a and b are both rigid: at least one must be elastic, or no contact can deform")
         for name, check in (("friction", checks.not_negative), ("restitution", checks.restitution)):
@@ -76,12 +75,8 @@ class ContactPair:
                     check(f"{name} at some speed", float(extreme(value(value.points))))
             else:
                 object.__setattr__(self, name, check(name, value))
-        rolling = checks.not_negative("rolling_resistance", self.rolling_resistance)
-        object.__setattr__(self, "rolling_resistance", rolling)
-        object.__setattr__(self, "law", law_of(self.law))
-        for name in ("radius", "stiffness_ratio"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
+        checks.set_fields(self, rolling_resistance=checks.not_negative, law=lambda _, law: law_of(law))
+        checks.set_fields(self, radius=checks.positive, stiffness_ratio=checks.positive)
         if abs(self.coupling) > COUPLING_TO_MENTION:
             warnings.warn(
                 f"{self.a.name or 'a'} on {self.b.name or 'b'}: normal and tangential motion are coupled by "

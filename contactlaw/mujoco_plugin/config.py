@@ -8,7 +8,7 @@ from itertools import groupby
 from typing import Any
 
 from contactlaw import checks, losses
-from contactlaw.material import MATERIALS, Material
+from contactlaw.material import Material, material_of
 from contactlaw.pair import ContactPair
 from contactlaw.world.building import CROWD_SUBSTEPS, LEAST_SUBSTEPS, SUBSTEPS
 
@@ -118,12 +118,9 @@ def _bits(key: str, text: str) -> tuple[tuple[int, int], ...]:
 
 
 def _material(key: str, text: str) -> Material:
-    if text in MATERIALS:
-        return MATERIALS[text]
     words = text.split()
     if len(words) != 2 or not all(losses.NUMBER.fullmatch(word) for word in words):
-        names = f"{', '.join(MATERIALS)}{checks.hint(text, MATERIALS)}"
-        raise ValueError(f"{key} = {text!r}: must be 'E nu' in SI units or one of {names}")
+        return material_of(key, text, "'E nu' in SI units")
     try:
         return Material(float(words[0]), float(words[1]))
     except ValueError as error:

@@ -1,6 +1,5 @@
 """Geoms: which pairs the law serves, which touch natively; and their selection by name, pattern, body or id."""
 
-import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -162,7 +161,7 @@ def _by_text(spec: mujoco.MjSpec, listed: Callable[[], Iterable[Any]], text: str
         if checks.is_wild(wanted):
             fitting = [body for body in fitting if body.id != spec.worldbody.id]
         if not fitting:
-            raise ValueError(f"no body of the model has such a name; {_offer(wanted, bodies)}")
+            raise ValueError(f"no body of the model has such a name; {offer(wanted, bodies)}")
         geoms = [geom for body in fitting for geom in body.geoms]
         if not geoms:
             raise ValueError("has no geoms of its own; give the body that has them")
@@ -173,7 +172,7 @@ def _by_text(spec: mujoco.MjSpec, listed: Callable[[], Iterable[Any]], text: str
             without = len([geom for geom in listed() if not geom.name])
             rest = f"; {without} geoms have no name, say 'body:NAME' or their id" if without else ""
             what = "fits" if checks.is_wild(text) else "is"
-            raise ValueError(f"{what} the name of no geom of the model; {_offer(text, named)}{rest}")
+            raise ValueError(f"{what} the name of no geom of the model; {offer(text, named)}{rest}")
     solid = [geom for geom in geoms if geom.contype or geom.conaffinity]
     if not solid:
         raise ValueError(
@@ -189,20 +188,17 @@ def _by_id(ids: dict[Any, int], value: Any) -> Any:
         if value not in ids:
             raise ValueError("must be a geom of this model")
         return value
-    try:
-        number = -1 if isinstance(value, bool) else operator.index(value)
-    except TypeError:
-        number = -1
-    geom = next((geom for geom, own in ids.items() if own == number >= 0), None)
-    if geom is None:
-        raise ValueError(
-            "must be a geom's name, a pattern for names, 'body:NAME', or the id of a geom "
-            f"(0 to {max(ids.values(), default=-1)}) of the compiled model"
-        )
-    return geom
+    number = checks.whole(value)
+    for geom, own in ids.items():
+        if own == number and own >= 0:  # geoms of a model that is not compiled have -1
+            return geom
+    raise ValueError(
+        "must be a geom's name, a pattern for names, 'body:NAME', or the id of a geom "
+        f"(0 to {max(ids.values(), default=-1)}) of the compiled model"
+    )
 
 
-def _offer(text: str, names: Iterable[str]) -> str:
+def offer(text: str, names: Iterable[str]) -> str:
     """Return the nearest names, or the first few of all."""
     known = sorted(names)
     return checks.nearest(text, known, f"there are {first_of(known, MAX_NAMES) or 'none'}")

@@ -1,6 +1,5 @@
 """Bodies and shapes read from PyBullet: ids are checked, and shapes become shapes of the world."""
 
-import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -236,11 +235,8 @@ def client_of(client: Any) -> int:
 
 def identity(name: str, value: Any, allowed: Any, what: str) -> int:
     """Return one of PyBullet's ids, checked to be an allowed one; what: these are, for the message."""
-    try:
-        number = operator.index(value)
-    except TypeError:
-        number = None
-    if number is None or isinstance(value, bool) or number not in allowed:
+    number = checks.whole(value)
+    if number is None or number not in allowed:
         raise ValueError(f"{name} = {value!r}: must be one of {what}, {sorted(allowed)}")
     return number
 
