@@ -3,10 +3,8 @@
 The coordinates of a free joint are those of the body's frame, the world's those of the centre of mass. With all
 integrators but Runge-Kutta MuJoCo's velocity is half a step of acceleration behind its position: x1 = x0 + dt (v0 + dt
 a) is a parabola if the velocity at x0 is v0 + dt/2 a. If a contact is closed at the end of a step, the velocity written
-is the true one, so that a body at rest has none. If a force lifts a body off its contacts within a step, the half step
-that its velocity is then behind includes that force only as far as it acted in the step before: a kick for one step
-would otherwise be half a kick, as the engine does not repeat it in the next step. The half step of the spin keeps the
-energy, see `spin_after`.
+is the true one, so that a body at rest has none; see `note_usual` for one that is lifted off within a step. The half
+step of the spin keeps the energy, see `spin_after`.
 """
 
 from math import sqrt
@@ -17,19 +15,14 @@ from contactlaw.jit import jit_module
 from contactlaw.memory import copy_wholes, same_wholes
 from contactlaw.mujoco_plugin.block import floats, free_at, mocap_at, moved_at, shifted
 from contactlaw.mujoco_plugin.layout import data_at
-from contactlaw.world.bodies.motion import move_kinematic, set_axes, spin_after, spin_rate, update_momentum
+from contactlaw.world.bodies.motion import move_kinematic, note_usual, set_axes, spin_after, spin_rate, update_momentum
 from contactlaw.world.contacts.force import is_quasi_static
 from contactlaw.world.data.access import body_at, world_at
-from contactlaw.world.data.quaternion import load4, product, store4, turn_by
+from contactlaw.world.data.quaternion import conjugate, load4, product, store4, turn_by
 from contactlaw.world.data.records import AGED
-from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, share_of, store, sub
+from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, store, sub
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.trees.mobility import clear
-
-
-def conjugate(q):
-    """Return the conjugate of a quaternion."""
-    return q[0], -q[1], -q[2], -q[3]
 
 
 def frame_of(f, q):
@@ -210,16 +203,11 @@ def write_free(head, f, pushes_io):
     q, v = floats(d.qpos, f.q, 7), floats(d.qvel, f.v, 6)
     own, arm = axes_of(b, f)
     velocity, spin = sub(load(b.velocity), cross(load(b.spin), arm)), load(b.spin)
-    old_push, old_moment = pushes_io[f.v : f.v + 3], pushes_io[f.v + 3 : f.v + 6]
-    push, moment = sub(load(b.acceleration), load(head.gravity)), load(b.torque)
-    if b.pressed == 0 and head.lag > 0.0:
-        if f.pressed != 0:
-            store(b.acceleration, add(load(head.gravity), share_of(load(old_push), push)))
-            store(b.torque, share_of(load(old_moment), moment))
+    lags, usual = b.pressed == 0 and head.lag > 0.0, pushes_io[f.v : f.v + 6]
+    note_usual(b, load(head.gravity), usual[:3], usual[3:], lags and f.pressed != 0)
+    if lags:
         velocity = axpy(-head.lag, origin_acceleration(b, arm), velocity)
         spin = spin_after(b, spin, -head.lag)
-    store(old_push, push)
-    store(old_moment, moment)
     store(q, sub(load(b.position), arm))
     store4(floats(d.qpos, f.q + 3, 4), own)
     store(v, velocity)

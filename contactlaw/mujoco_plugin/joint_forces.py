@@ -34,7 +34,7 @@ from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import entries, entry, floats, gather, last_state, places_in, spring_at
 from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.world.data.access import axis_at, joint_at
-from contactlaw.world.data.quaternion import load4, product, rotation_vector
+from contactlaw.world.data.quaternion import conjugate, load4, product, rotation_vector
 from contactlaw.world.data.records import FREE_JOINT, SLIDE
 from contactlaw.world.trees.dynamics import mobility_along, solve
 from contactlaw.world.trees.kinematics import vector
@@ -198,8 +198,8 @@ def displacement(head, place):
         return doubles_at(head.start)[1 + q + i]
     if kind == FREE_JOINT:
         q, i = q + 3, i - 3
-    w, x, y, z = load4(floats(m.qpos_spring, q, 4))
-    return rotation_vector(product((w, -x, -y, -z), load4(floats(head.start, 1 + q, 4))))[i]
+    rest, turn = load4(floats(m.qpos_spring, q, 4)), load4(floats(head.start, 1 + q, 4))
+    return rotation_vector(product(conjugate(rest), turn))[i]
 
 
 def follow_tendons(head, t, change):

@@ -11,9 +11,9 @@ from contactlaw.world.bodies.motion import set_axes, spin_rate
 from contactlaw.world.data.access import body_at, contact_at, near_at, shape_at, world_at
 from contactlaw.world.data.call import address, call_step, ready
 from contactlaw.world.data.demand import STEP
-from contactlaw.world.data.quaternion import load4, product, rotation_vector, store4
+from contactlaw.world.data.quaternion import conjugate, load4, product, rotation_vector, store4
 from contactlaw.world.data.records import CLOSED, FREE, NEVER
-from contactlaw.world.data.vec import add, axpy, dot, load, norm, scale, share_of, store, sub
+from contactlaw.world.data.vec import add, axpy, dot, load, norm, scale, store, sub
 from contactlaw.world.near.guards import any_guard_exceeded, surface_speed
 from contactlaw.world.near.listing import list_near, may_leave_margin
 from contactlaw.world.near.passing import follow, may_follow, part
@@ -38,9 +38,6 @@ def begin_step(block):
         return found
     if head.simple == 0 or w.spares < w.contact_room or w.step != head.dt:
         return select_pushed(block)
-    for k in range(head.singles):
-        b = body_at(w.bodies, k + 1)
-        b.still = 1 if motion.is_static(b) else 0
     if not all_pass(head, w):
         return select_pushed(block)
     for k in range(head.singles):
@@ -77,8 +74,7 @@ def read_bodies(head, w):
             placed |= r.placed
             moved = moved or r.placed != 0
             continue
-        if r.mass > 0.0:
-            r.placed = 0 if norm(sub(x, load(r.left.position))) <= rows.EXACT * norm(x) else 1
+        r.placed = 0 if r.mass == 0.0 or norm(sub(x, load(r.left.position))) <= rows.EXACT * norm(x) else 1
         if r.mass == 0.0 or r.placed != 0:
             placed |= r.placed
             r.pressed, moved = 0, True
@@ -100,6 +96,7 @@ def all_pass(head, w):
     ahead = 2.0 * head.dt
     for k in range(head.singles):
         b = body_at(w.bodies, k + 1)
+        b.still = 1 if motion.is_static(b) else 0
         if b.still == 0 and rows.tumbles(b, head.dt):
             return False
         w.stale |= may_leave_margin(b, ahead)
@@ -162,13 +159,7 @@ def has_flown(block):
 
 def twist_of(r):
     """Return the rotation vector [rad] of a body since it was left."""
-    return rotation_between(rows.quaternion_of(r.after), rows.quaternion_of(r.left))
-
-
-def rotation_between(new, old):
-    """Return the rotation vector [rad] from one orientation to another."""
-    w, x, y, z = old
-    return rotation_vector(product(new, (w, -x, -y, -z)))
+    return rotation_vector(product(rows.quaternion_of(r.after), conjugate(rows.quaternion_of(r.left))))
 
 
 def rewind(block):
@@ -190,7 +181,7 @@ def rewind(block):
         store(m.position, start if moved else load(old.position))
         store(m.velocity, axpy(-head.dt, load(head.gravity), load(m.velocity)))
         turn = product(rows.turn_in(head.dt, scale(-1.0, load(m.spin))), rows.quaternion_of(m))
-        if norm(rotation_between(turn, rows.quaternion_of(old))) <= rows.EXACT:
+        if norm(rotation_vector(product(turn, conjugate(rows.quaternion_of(old))))) <= rows.EXACT:
             turn = rows.quaternion_of(old)
         q, b, spin = m.quaternion, body_at(w.bodies, k + 1), load(m.spin)
         q[3], q[0], q[1], q[2] = turn
@@ -367,12 +358,7 @@ def write_touched(head, k, r, b):
     dt, m = head.dt, r.before
     lag = 0.0 if r.pressed != 0 else -0.5 * dt
     a, moment = load(b.acceleration), load(b.torque)
-    push = sub(a, load(head.gravity))
-    if r.was_pressed != 0 and r.pressed == 0:
-        store(b.acceleration, add(load(head.gravity), share_of(load(r.usual), push)))
-        store(b.torque, share_of(load(r.wrench), moment))
-    store(r.usual, push)
-    store(r.wrench, moment)
+    motion.note_usual(b, load(head.gravity), r.usual, r.wrench, r.was_pressed != 0 and r.pressed == 0)
     v, spin = axpy(lag, load(b.acceleration), load(b.velocity)), motion.spin_after(b, load(b.spin), lag)
     store(b.torque, moment)
     gained = sub(scale(1.0 / dt, sub(v, load(m.velocity))), a)

@@ -8,7 +8,7 @@ from math import ceil, sqrt
 from contactlaw.jit import jit_inline, jit_module
 from contactlaw.world.data.access import body_at, link_at, tree_at
 from contactlaw.world.data.call import ask_mobility, call_with_body, call_with_number, call_with_vectors
-from contactlaw.world.data.quaternion import load4, product, rotate, rotation, rotation_vector, store4, unit
+from contactlaw.world.data.quaternion import conjugate, load4, product, rotate, rotation, rotation_vector, store4, unit
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub, to_body, to_world
 
 LARGEST_TURN, MOST = 0.1, 1e4  # [rad] of a step of `tumble`; number of such steps, at most
@@ -161,6 +161,27 @@ def spin_after(b, w, h):
     return sub(scale(2.0, to_world(b.axes, mean)), w)
 
 
+def note_usual(b, gravity, usual_io, wrench_io, lifted):
+    """Note a body's acceleration besides gravity, and its torque, as the usual ones of steps in which it was touched.
+
+    If it has lifted off its contacts within the step, it keeps of them only as much as was usual before. The velocities
+    that engines keep are half a step behind their positions: a kick for one step that lifts a body would otherwise be
+    half a kick, as the engine does not repeat it in the next step.
+    """
+    push, moment = sub(load(b.acceleration), gravity), load(b.torque)
+    if lifted:
+        store(b.acceleration, add(gravity, share_of(load(usual_io), push)))
+        store(b.torque, share_of(load(wrench_io), moment))
+    store(usual_io, push)
+    store(wrench_io, moment)
+
+
+def share_of(a, b):
+    """Of a vector a as much as b has of it: a multiple of a, by 0 to 1."""
+    square = dot(a, a)
+    return scale(min(max(dot(a, b) / square, 0.0), 1.0), a) if square > 0.0 else ZERO
+
+
 def update_momentum(b):
     """Make the angular momentum that of the spin, which the user may have changed."""
     spin = load(b.spin)
@@ -306,8 +327,7 @@ def move_kinematic(w, b, place, turn, h):
     place, turn: that pose, position [m] and quaternion. On entry the pose of the body is where the last step left it,
     its velocities are those of that step. A body that jumps is put there at once, at rest, and marked as `placed`.
     """
-    back = load4(b.quaternion)
-    twist = rotation_vector(product(turn, (back[0], -back[1], -back[2], -back[3])))
+    twist = rotation_vector(product(turn, conjugate(load4(b.quaternion))))
     velocity, spin = scale(1.0 / h, sub(place, load(b.position))), scale(1.0 / h, twist)
     change = norm(sub(velocity, load(b.velocity))) + b.reach * norm(sub(spin, load(b.spin)))
     if not change <= max(norm(load(b.velocity)) + b.reach * norm(load(b.spin)), JUMP):

@@ -45,6 +45,11 @@ def unit(q):
     return one * q[0], one * q[1], one * q[2], one * q[3]
 
 
+def conjugate(q):
+    """Return the conjugate of a quaternion: the inverse of a rotation."""
+    return q[0], -q[1], -q[2], -q[3]
+
+
 def product(p, q):
     """Return the product p q of two quaternions, scalar first: rotation by q, then by p."""
     return (

@@ -54,12 +54,6 @@ def norm(a):
     return sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
 
 
-def share_of(a, b):
-    """Of a vector a as much as b has of it: a multiple of a, by 0 to 1."""
-    square = dot(a, a)
-    return scale(min(max(dot(a, b) / square, 0.0), 1.0), a) if square > 0.0 else ZERO
-
-
 def to_world(m, a):
     """Return R a, of a matrix R (9,), row by row."""
     return (
