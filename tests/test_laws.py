@@ -70,6 +70,11 @@ def test_a_law_is_told_in_words_and_read_again(law: Law) -> None:
     assert pair_with(text_of(law)) == pair_with(law)
 
 
+def test_a_class_in_place_of_a_law_is_told_so() -> None:
+    with pytest.raises(ValueError, match=r"law = OwnMindlin: .* or an instance of the class: OwnMindlin\("):
+        pair_with(OwnMindlin)  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize(("wrong", "meant"), [("microslp", "microslip"), ("Mindlin", "mindlin"), ("colomb", "coulomb")])
 def test_unknown_law_offers_the_nearest_name(wrong: str, meant: str) -> None:
     with pytest.raises(ValueError, match=f"law = {wrong!r}.*did you mean {meant!r}"):

@@ -35,6 +35,9 @@ def law_of(value: str | Law) -> Law:
         return value
     if isinstance(value, str) and value in LAWS:
         return LAWS[value]
+    if isinstance(value, type) and issubclass(value, Law):
+        name = value.__name__
+        raise ValueError(f"law = {name}: must be one of {', '.join(KNOWN)}, or an instance of the class: {name}(...)")
     return checks.named("law", value, KNOWN)
 
 

@@ -21,7 +21,7 @@ from contactlaw.mujoco_plugin.readout import View
 from contactlaw.mujoco_plugin.sensors import NUMBERS
 from contactlaw.pair import ContactWarning
 from contactlaw.world.data import demand
-from contactlaw.world.data.records import EDITED, RESIZED, WORLD
+from contactlaw.world.data.records import EDITED, RESIZED
 
 COMPILE_TIME = 15  # [s]
 OLDEST, NEWEST = (3, 3, 6), (4, 99, 99)
@@ -95,7 +95,7 @@ def _rebuild_block(view: layout.ModelView, data: int) -> str:
     except Exception as error:
         return str(error) if "plugin_state" not in str(error) else f"{kinds}: needs more room than plugin_state has"
     new = record_at(made, HEAD, 1)[0]
-    before, now = (View(head, record_at(head["world"], WORLD, 1)[0]) for head in (old, new))
+    before, now = map(View, (old, new))
     resized = any(changed[name] for name in ("geom_type", "geom_size", *notices.OF_FIELDS))
     now.world["edited"] = max(before.world["edited"], RESIZED if resized else EDITED)
     now.pairs["friction"] = before.pairs["friction"]  # `set_friction` may have changed it

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from contactlaw import checks
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import HEAD
+from contactlaw.mujoco_plugin.geoms import offer
 from contactlaw.mujoco_plugin.instances import ContactInstance, contact_instances
 from contactlaw.mujoco_plugin.layout import record_at
 from contactlaw.world.data.records import BODY, CLOSED, CONTACT, FREE, PAIR, SHAPE, WORLD
@@ -131,14 +132,13 @@ def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
 class View:
     """Arrays of the world of an mjData.
 
-    data: the owner, which must live as long as they. head: of the block. instances: ids of the contacts. numbers: of
-    those meant, among them and of their pairs.
+    head: of the block. instances: ids of the contacts. numbers: of those meant, among them and of their pairs. data:
+    the owner, which must live as long as the arrays.
     """
 
-    def __init__(
-        self, head: Any, world: Any, instances: Sequence[int] = (), numbers: Sequence[int] = (), data: Any = None
-    ) -> None:
-        self.world, self.instances, self.numbers, self.data = world, instances, numbers, data
+    def __init__(self, head: Any, instances: Sequence[int] = (), numbers: Sequence[int] = (), data: Any = None) -> None:
+        self.world: Any = record_at(head["world"], WORLD, 1)[0] if head["world"] else np.zeros(1, WORLD)[0]
+        self.instances, self.numbers, self.data, world = instances, numbers, data, self.world
         self.contacts = record_at(world["contacts"], CONTACT, world["contact_room"])
         self.bodies = record_at(world["bodies"], BODY, world["body_count"])
         self.pairs = record_at(world["pairs"], PAIR, world["pair_count"])
@@ -158,20 +158,19 @@ def view_of(model: mujoco.MjModel, data: mujoco.MjData, *names: str) -> View:
     Raises:
         ValueError: A name is not that of a contact, or the data belongs to another model.
     """
-    known, numbers = contact_instances(layout.view_of(model, data)), list[int]()
-    for name in names:  # mj_name2id ends the process if it is None
-        number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_PLUGIN, name) if isinstance(name, str) else -1
-        if number not in known:
-            raise ValueError(f"name = {name!r}: must be the name of a plugin instance of the model")
-        numbers.append(known.index(number))
+    known, there = contact_instances(layout.view_of(model, data)), instances_of(model) if names else []
+    for name in names:
+        if name not in there:
+            nearest = offer(str(name), there)
+            raise ValueError(f"name = {name!r}: must be the name of a plugin instance of the model; {nearest}")
     if not known:
-        return View(np.zeros(1, HEAD)[0], np.zeros(1, WORLD)[0])
+        return View(np.zeros(1, HEAD)[0])
     from contactlaw.mujoco_plugin import callbacks  # which can be compiled only once the plugin is registered
 
     _LOOK(callbacks.ADDRESSES["look"])(model._address, data._address, known[0])
     head = record_at(data.plugin_data[known[0]], HEAD, 1)[0]
     head["calm"] = 0  # the caller may change something, such as friction
-    return View(head, record_at(head["world"], WORLD, 1)[0], known, numbers or range(len(known)), data)
+    return View(head, known, [*map(there.index, names)] or range(len(known)), data)
 
 
 def set_friction(model: mujoco.MjModel, data: mujoco.MjData, name: str, friction: float) -> None:

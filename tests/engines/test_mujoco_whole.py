@@ -148,7 +148,7 @@ def test_what_is_read_of_no_instance_is_an_error():
     """MuJoCo looks a name that is None up, which ended the process; a model without the law has the same signature."""
     model, plain = load_model(HEAP, [("*", "*", SOFT)]), mujoco.MjModel.from_xml_string(HEAP)
     for name in (None, 0, "", "none"):
-        with pytest.raises(ValueError, match=f"name = {name!r}: must be the name of a plugin instance"):
+        with pytest.raises(ValueError, match=f"name = {name!r}: must be .* plugin instance .*there are contactlaw"):
             (ledger_of if name is None else contacts_of)(model, mujoco.MjData(model), name)
     assert contacts_of(plain, mujoco.MjData(plain)) == [], "without a name: all there are"
     with pytest.raises(ValueError, match="data: is of another model"):
