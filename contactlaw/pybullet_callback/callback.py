@@ -1,13 +1,12 @@
 """`ContactCallback`: the contact law in PyBullet, called by the user's loop in every step."""
 
 import warnings
-from collections.abc import Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from itertools import count, islice
 from typing import Any
 from weakref import WeakSet
 
-import numpy as np
 import pybullet as p
 
 from contactlaw import checks
@@ -16,8 +15,8 @@ from contactlaw.pair import ContactPair, ContactWarning
 from contactlaw.pybullet_callback.contact import Contact, ContactState, Tags, set_groups, sets_of
 from contactlaw.pybullet_callback.rows import LISTED, NOTED
 from contactlaw.pybullet_callback.scene import Saved, Scene
-from contactlaw.pybullet_callback.shapes import client_of, engine_parameters, read_sides
-from contactlaw.pybullet_callback.stepping import NEXT, STEP_BULLET, stepping, take
+from contactlaw.pybullet_callback.shapes import client_of, engine_parameters, identity, read_sides
+from contactlaw.pybullet_callback.stepping import NEXT, STEP_BULLET, STEPPED, take
 from contactlaw.world.building import CROWD_SUBSTEPS, LEAST_SUBSTEPS, SUBSTEPS
 from contactlaw.world.readout import Ledger
 
@@ -34,13 +33,8 @@ class ContactCallback:
     however long the step is; bodies that contacts have touched are written back. Bullet's own response is disabled for
     these pairs and only these.
 
-    Position and velocity are right after the step: Bullet's velocity belongs to half a step before its position, g dt/2
-    behind in free fall, but with a closed contact it is the present one, zero for a body at rest.
-
-    Masses and inertias are read when bodies come near each other, and, without joints, when a pressed body does not
-    move as it should; call `look` if they are changed in the step before an impact. A body whose mass becomes zero, or
-    is zero no longer, can be pushed no longer, or again, a step later. docs/limits.md has what is not supported,
-    docs/shapes.md which shapes touch how.
+    docs/pybullet.md tells what position and velocity are after a step, and when masses are read; docs/limits.md what is
+    not supported, docs/shapes.md which shapes touch how.
 
     Args:
         client: Physics client id.
@@ -91,11 +85,10 @@ class ContactCallback:
                 that any contact asks for holds for all.
             rounding: Radius [m] of the edges of boxes and cylinders, and so of their contacts with flat shapes, see
                 docs/shapes.md; None: a tenth of the smallest half length of each.
-            groups: Whether to turn off Bullet's own response by collision groups, for sets of a hundred and more: one
-                call a body in place of a rule for each pair. Groups and masks that you gave these bodies are lost, and
-                when the contact is removed they have Bullet's own; a link and its parent in the sets do not touch,
-                whatever the flags of the URDF. There are 25 groups, and each combination of sets with common members
-                needs one.
+            groups: Whether to turn off Bullet's own response by collision groups, for sets of a hundred and more (see
+                docs/pybullet.md): one call a body in place of a rule for each pair. Groups and masks of these bodies
+                become Bullet's own when the contact is removed; a link and its parent in the sets do not touch. There
+                are 25 groups, and each combination of sets with common members needs one.
 
         Returns:
             A handle for the other methods.
@@ -229,7 +222,8 @@ class ContactCallback:
             for text in scene.new_warnings():
                 warnings.warn(text, ContactWarning, stacklevel=2)
 
-    def stepping(self) -> AbstractContextManager[None]:
+    @contextmanager
+    def stepping(self) -> Iterator[None]:
         """Let each `pybullet.stepSimulation` of this client be `step`, for environments that step PyBullet themselves.
 
             with contact.stepping():
@@ -242,7 +236,11 @@ class ContactCallback:
         Raises:
             ValueError: On entering, if another callback takes the steps of this client; in a step, what `step` raises.
         """
-        return stepping(self, self._client)
+        take(STEPPED, self._client, self)
+        try:
+            yield
+        finally:
+            del STEPPED[self._client]
 
     @property
     def _scene(self) -> Scene:
@@ -270,9 +268,7 @@ class ContactCallback:
         ]
 
     def _contact(self, handle: Any) -> Contact:
-        if not isinstance(handle, int | np.integer) or handle not in self._contacts:
-            raise ValueError(f"handle = {handle!r}: must be one of {list(self._contacts)}")
-        return self._contacts[int(handle)]
+        return self._contacts[identity("handle", handle, self._contacts, "the handles")]
 
 
 _ALL: WeakSet[ContactCallback] = WeakSet()

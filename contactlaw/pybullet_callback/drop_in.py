@@ -65,7 +65,7 @@ def load_urdf(
                 raise ValueError(f"contacts[{number}] = {entry!r}: must be (links, other, pair), and maybe settings")
             ones = links_of(body, entry[0], client=client, argument=f"contacts[{number}], links")
             twos: Any = entry[1]
-            if _are_names(twos):
+            if any(isinstance(one, str) for one in checks.flat([twos])):
                 twos = links_of(body, twos, client=client, argument=f"contacts[{number}], other")
             own = checks.instance(f"contacts[{number}], settings", entry[3], Mapping) if len(entry) == 4 else {}
             try:
@@ -124,7 +124,10 @@ def links_of(body: int | Iterable[int], *names: Names, client: int = 0, argument
     bodies = [shapes.identity("body", one, shapes.bodies_of(client), "the bodies of this client") for one in given]
     if not bodies:
         raise ValueError(f"body = {body!r}: holds no bodies; must hold one or more")
-    links = [both for one in bodies for both in _names(one, client)]
+    links = list[tuple[shapes.Key, str]]()
+    for one in bodies:
+        names_of = [p.getBodyInfo(one, client)[0].decode(), *(joint.link for joint in shapes.joints_of(one, client))]
+        links += [((one, link), name) for link, name in enumerate(names_of, shapes.BASE)]
     solid = {key for key, _ in links if shapes.collision_shapes(client, *key)}
     found: dict[shapes.Key, None] = {}
     for text in checks.flat(names) or ["*"]:
@@ -140,13 +143,3 @@ def links_of(body: int | Iterable[int], *names: Names, client: int = 0, argument
             raise ValueError(f"{argument} = {text!r}: {why}; {checks.nearest(text, known, rest)}")
         found.update(dict.fromkeys(chosen))
     return list(found)
-
-
-def _names(body: int, client: int) -> list[tuple[shapes.Key, str]]:
-    base = p.getBodyInfo(body, client)[0].decode()
-    names = [base, *(joint.link for joint in shapes.joints_of(body, client))]
-    return [((body, link), name) for link, name in enumerate(names, shapes.BASE)]
-
-
-def _are_names(value: Any) -> bool:
-    return isinstance(value, str) or (isinstance(value, Sequence) and bool(value) and isinstance(value[0], str))

@@ -31,7 +31,7 @@ class Saved(NamedTuple):
     handles: tuple[int, ...]
     arrays: Arrays
     rows: np.ndarray
-    jointed: list[dict[str, Array]]
+    jointed: list[Array]
 
 
 class Scene:

@@ -1,8 +1,6 @@
 """Replacement of `pybullet.stepSimulation`, so that a callback can take the steps of loops that it does not own."""
 
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from types import BuiltinFunctionType
 from typing import Any
 
@@ -50,13 +48,3 @@ def take(steps: dict[int, Any], client: int, callback: Any) -> None:
             if names.get("stepSimulation") is STEP_BULLET:
                 names["stepSimulation"] = _STEP
     steps[client] = callback
-
-
-@contextmanager
-def stepping(callback: Any, client: int) -> Iterator[None]:
-    """Let a callback take all steps of a client; errors as for `take`."""
-    take(STEPPED, client, callback)
-    try:
-        yield
-    finally:
-        del STEPPED[client]

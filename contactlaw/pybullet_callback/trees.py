@@ -33,7 +33,7 @@ from contactlaw.world.bodies.motion import settle
 from contactlaw.world.data.access import axis_at, body_at, joint_at, link_at, tree_at, world_at
 from contactlaw.world.data.call import call_with_body
 from contactlaw.world.data.frames import CONJUGATE, IDENTITY, UNTURNED, Pose
-from contactlaw.world.data.quaternion import load4, turn_by
+from contactlaw.world.data.quaternion import conjugate, load4, turn_by
 from contactlaw.world.data.records import BALL, Array, Arrays
 from contactlaw.world.data.vec import load, store
 from contactlaw.world.near.passing import overlaps
@@ -79,6 +79,7 @@ class Tree:
         rows: Its `TreeRecords`.
         links: PyBullet's links that move, in their order.
         heads: First link of each body of the tree (links connected by fixed joints are one body).
+        numbers: Its arrays, by the names in `NUMBERS`.
     """
 
     def __init__(self, client: int, body: int) -> None:
@@ -110,16 +111,14 @@ class Tree:
         self._joint_links, self._kinds = self.heads[self.free :], self.joints[4 * self.free :]
         motors = sum(kind != BALL for kind, _, _ in self._kinds)
         sizes = {"q": self.q_size, "v": self.v_size, "m": motors}
-        own = {name: np.zeros([sizes[one] for one in shape]) for name, shape in NUMBERS.items()}
-        self._own: Any = np.zeros(1, OWN)
-        for name, values in own.items():
-            self._own[name] = values.ctypes.data
+        shapes = [(name, "f8", tuple(sizes[one] for one in shape)) for name, shape in NUMBERS.items()]
+        self.numbers = own = np.zeros((), shapes)
+        self._kept, self._own = own[list(KEPT)], np.zeros(1, OWN)
+        for name in NUMBERS:
+            self._own[name] = own[name].ctypes.data
         self._block = self._own.ctypes.data
-        self._kept, self._numbers = {name: own[name] for name in KEPT}, own
-        self.left, self.force, self.push, _, limit, _ = self._kept.values()
-        self.left[:], limit[:] = np.nan, np.inf
-        self.free_acceleration, self.matrix = own["free_acceleration"], own["matrix"]
-        self.start = own["start_q"], own["start_v"]  # coordinates and velocities at the start of the step
+        own["left"], own["limit"] = np.nan, np.inf
+        self.start, self.push = (own["start_q"], own["start_v"]), own["push"]  # state at the start of the step
         self.placed = False
 
     def add_to(self, world: World) -> list[Key]:
@@ -128,14 +127,13 @@ class Tree:
         self.first = bodies[0]
         return [(self.body, link) for link in self.heads]
 
-    def save(self) -> dict[str, Array]:
+    def save(self) -> Array:
         """Return a copy of what lasts from a step to the next."""
-        return {name: values.copy() for name, values in self._kept.items()}
+        return self._kept.copy()
 
-    def restore(self, kept: dict[str, Array]) -> None:
+    def restore(self, kept: Array) -> None:
         """Set what `save` returned."""
-        for name, values in kept.items():
-            self._kept[name][:] = values
+        self._kept[...] = kept
 
     def inertias(self) -> list[tuple[Any, ...]]:
         """Return mass, moments of inertia and inertial frame of all links, as PyBullet has them now."""
@@ -164,7 +162,7 @@ class Tree:
                 else:
                     q += (place[3], *place[:3])
                 v += speed
-            self._numbers["torque"][:] = torques
+            self.numbers["torque"][:] = torques
         if not isfinite(sum(q) + sum(v)):
             raise ValueError(f"body {self.body}: its joints' positions or velocities are not finite")
         out[0][:], out[1][:] = q, v
@@ -206,7 +204,7 @@ class Tree:
 
     def read_forces(self, dt: float) -> None:
         """After Bullet's step: find the forces on the joints within it."""
-        _, v = self.read((self._numbers["after_q"], self._numbers["after_v"]))
+        _, v = self.read((self.numbers["after_q"], self.numbers["after_v"]))
         if (turn := dt * np.abs(v).max()) > MOST_TURN:
             raise ValueError(
                 f"body {self.body}: PyBullet's step has brought it to {turn:.3g} rad or m a step; its joints may have "
@@ -217,7 +215,7 @@ class Tree:
     def write_back(self, dt: float) -> None:
         """Write the tree to PyBullet after the world's step, if a contact has touched it, or see `near.passing`."""
         if find_end(self._block, self._world_block, dt):
-            self.write(self._numbers["new_q"], self._numbers["new_v"])
+            self.write(self.numbers["new_q"], self.numbers["new_v"])
 
     def apply_push(self) -> None:
         """Apply the push of the last step's contacts again: on joints, and on a free base."""
@@ -387,11 +385,11 @@ def find_end(block, world, dt):
     copy(v, gained)
     # Bullet keeps the spin of a base along the axes before its step
     if is_free(t, link_at(t.links, 0)):
-        turn, (w_0, x_0, y_0, z_0) = load4(left[3:7]), load4(vector(own.start_q, t.q_size)[3:7])
-        store(gained[3:6], turn_by((w_0, -x_0, -y_0, -z_0), turn_by(turn, load(v[3:6]))))
-    before, free = vector(own.start_v, t.v_size), vector(own.free_acceleration, t.v_size)
+        turn, before = load4(left[3:7]), load4(vector(own.start_q, t.q_size)[3:7])
+        store(gained[3:6], turn_by(conjugate(before), turn_by(turn, load(v[3:6]))))
+    began, free = vector(own.start_v, t.v_size), vector(own.free_acceleration, t.v_size)
     for k in range(t.v_size):
-        gained[k] = (gained[k] - before[k]) / dt - free[k]
+        gained[k] = (gained[k] - began[k]) / dt - free[k]
     add_product(vector(own.matrix, (t.v_size, t.v_size)), gained, 1.0, push)
     return True
 
