@@ -4,8 +4,8 @@ Forces. All forces on the joints are those that the engine had in its step (appl
 constraints) without the force given for contacts. They are constant within the step, except those in `joint_forces`,
 and except damping: f + D (v - v_f), where D = df/dv is the engine's own derivative of passive and actuator forces, and
 v_f the velocities that it last evaluated forces at (under Runge-Kutta near the end of the step). `free` tells how
-velocities are read and written. Here too the half step uses the acceleration of the tree at rest alone: with the
-centripetal terms energy would be gained, and damping may be stiff.
+velocities are read and written. Here too the half step uses the engine's acceleration, damping and servos included,
+but without the centripetal terms, with which energy would be gained.
 
 Trees that an equality joins are one system, and one tree of the world; those on a moving mocap body are left apart.
 """
@@ -169,9 +169,9 @@ def read_tree(head, j, t):
         t.stale = PLACED
     if d.nl > 0:
         if not asleep:
-            rest_accelerations(t, 0.0)
+            accelerations(head, j, t, velocities, 0.0)
         joint_forces.read_limits(head, j, t)
-    a = rest_accelerations(t, head.step_size) if leads or follows else vector(t.a, n)
+    a = accelerations(head, j, t, velocities, head.step_size) if leads or follows else vector(t.a, n)
     gather(head, velocities, j.v, v)
     if tendons:
         change = joint_forces.change_of_tendons(head, j, t)
@@ -183,13 +183,17 @@ def read_tree(head, j, t):
     leave_placed(t)
 
 
-def rest_accelerations(t, step):
-    """Return the accelerations of the engine's step [s] for a tree whose velocities have been set to zero.
+def accelerations(head, j, t, velocities, lag):
+    """Return the accelerations of a tree at velocities, at an address, but without centripetal terms.
 
-    Euler's method damps implicitly: (M + h D) a = f. With M alone, a joint that stiff damping holds would move off.
+    lag: [s], of M + lag D. With the engine's step h this is what its step uses; v then leads by h/2 a. From velocities
+    that lead by as much already, the same accelerations follow with h/2.
     """
+    v = vector(t.v, t.v_size)
+    clear(v)
     spread_velocity(t)
-    t.lag = step
+    gather(head, velocities, j.v, v)
+    t.lag = lag
     call_on_tree(t.accelerate, t)
     t.lag = 0.0
     leave_placed(t)
@@ -220,9 +224,7 @@ def write_tree(head, j, t):
     scatter(head, v, j.v, d.qvel)
     if head.lag > 0.0 and not (asleep or is_pressed(t)):
         joint_forces.move_springs(head, j, t)
-        clear(v)
-        a = rest_accelerations(t, head.step_size)
-        gather(head, d.qvel, j.v, v)
+        a = accelerations(head, j, t, d.qvel, head.lag)
         for i in range(n):
             doubles_at(d.qvel)[whole_at(head.places, j.v + i)] -= head.lag * a[i]
 

@@ -306,3 +306,20 @@ def test_motors_that_whirl_a_soft_arm_over_the_floor_do_not_run_away(seed):
     data.qfrc_applied[:] = 1e4 * np.random.default_rng(seed).uniform(-1.0, 1.0, 3)
     mujoco.mj_step(model, data)
     assert 1e3 < np.abs(data.qvel).max() < 1e5
+
+
+@pytest.mark.parametrize(("kv", "parting"), [(1e2, 5.4 / 1.003 - 2.0), (1e6, 3.4)])
+def test_a_paddle_that_a_servo_moves_strikes_alike_at_any_step(kv, parting):
+    """A ball of 3 g comes at 2 m/s to a paddle of 1 kg that a servo holds at 1 m/s; it left with 3.56 and 3.76 m/s."""
+    text = f"""<mujoco><option gravity="0 0 0" integrator="implicitfast"/><worldbody>
+      <body name="paddle"><joint name="lift" type="slide" axis="0 0 1"/>
+        <geom name="paddle" type="box" size=".1 .1 .01" mass="1"/></body>
+      <body pos="0 0 .3"><freejoint/><geom name="ball" size=".02" mass=".003"/></body></worldbody>
+      <actuator><velocity joint="lift" kv="{kv}"/></actuator></mujoco>"""
+    model = load_model(text, [("ball", "paddle", ContactPair("nylon", "nylon", friction=0.5, restitution=0.8))])
+    for timestep in (1e-2, 2e-3, 1e-4):
+        model.opt.timestep = timestep
+        data = mujoco.MjData(model)
+        data.ctrl[0], data.qvel[0], data.qvel[3] = 1.0, 1.0, -2.0
+        mujoco.mj_step(model, data, round(0.2 / timestep))
+        assert data.qvel[[0, 3]] == pytest.approx([1.0, parting], abs=2e-3)

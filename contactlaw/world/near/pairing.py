@@ -213,7 +213,9 @@ def list_parts(w, shapes, n, top, listing):
             if s.kind == EDGE:
                 d, u = axpy(-clip(dot(d, u) / dot(u, u)), u, d), ZERO
             near = norm(d) - s.radius - norm(u) <= far
-            if near and not geometry.lies_over_face(s, body, other, body_at(w.bodies, other.body), margin):
+            if near and geometry.lies_over_face(s, body, other, body_at(w.bodies, other.body), margin):
+                near = slot_of(w, k, j) >= 0  # it touched as it hung over the border: its energy must come back
+            if near:
                 for place in range(geometry.places_of(s, other)):
                     add_near(w, k, j + place, guard, gap + counted)
         k = s.next
