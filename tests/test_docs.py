@@ -18,7 +18,7 @@ import pytest
 
 from contactlaw import ContactWarning
 from contactlaw.world import World
-from contactlaw.world.implicit import equations
+from contactlaw.world.implicit import acceptance, equations
 from contactlaw.world.shapes import description, hulls, swept
 
 ROOT = Path(__file__).parent.parent
@@ -30,6 +30,7 @@ FIGURES = [
     ("limits.md", f"is {100.0 * swept.CAPSULE_CROWN:g} % thinner at its ends"),
     ("shapes.md", f"four small feet, at {description.FEET:g} of its radius"),
     ("world.md", f"at most {equations.LARGEST} unknowns, which are {equations.LARGEST // 6} free bodies"),
+    ("world.md", f"has more than {acceptance.MANY}, the step is as long as {acceptance.WORTH:g}"),
     ("steps.md", f"an island of more than {equations.LARGEST // 6} bodies"),
 ]
 """Figures in sentences, as the sources have them."""

@@ -8,7 +8,7 @@ from contactlaw.memory import whole_at
 from contactlaw.world.bodies.bounds import time_to_close
 from contactlaw.world.bodies.motion import velocity_at
 from contactlaw.world.contacts import force
-from contactlaw.world.contacts.pace import closing_speed, radius_of, stays_closed
+from contactlaw.world.contacts.pace import closing_speed, radius_of, resting_duration, stays_closed
 from contactlaw.world.contacts.touch import TOUCHING
 from contactlaw.world.data.access import body_at, contact_at, near_at, row_at, shape_at, tree_at
 from contactlaw.world.data.kinds import DISC, SEGMENT, SIDE
@@ -20,6 +20,7 @@ from contactlaw.world.shapes.core import CROWN
 
 MAX_WHIRL = 0.01  # [rad] by which the deepest point of a disc may run round its rim in an implicit step
 ENERGY_GAIN = 1e-6  # of an island's energy: what rounding and the error of a second-order step may add
+MANY, WORTH = 128, 16.0  # unknowns from which substeps are cheaper, unless a step has so many `resting_duration`
 LARGEST_TURN = 0.1  # [rad] of a body with shapes off its centre in an implicit step
 
 
@@ -44,15 +45,19 @@ def is_persistent(w, bodies, pairs):
     w.unknowns = unknowns
     if unknowns > w.unknown_room:
         return False
-    closed = 0
+    closed, shortest = 0, NEVER
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         closed += p.closed
+        if p.closed != 0:
+            shortest = min(shortest, resting_duration(w, contact_at(w.contacts, p.slot)))
         for k in (p.body_a, p.body_b):
             b = body_at(w.bodies, k)
             b.active = max(b.active, p.closed)
             if b.still != 0:
                 b.unknown = -1
+    if unknowns > MANY and w.step < WORTH * shortest:
+        return False
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         if (b.active != 0 or b.tree == 0) and turns_far(w, b):

@@ -7,11 +7,11 @@ Definite Systems, 1981, chapter 4), so that the cost of a chain of bodies is pro
 
 from typing import NamedTuple
 
-from contactlaw.jit import jit_inline, jit_module
+from contactlaw.jit import jit_inline, jit_module, jit_of_sums
 from contactlaw.world.data.records import Array
 from contactlaw.world.trees.kinematics import vector
 
-LARGEST = 128  # unknowns; for larger islands substeps are cheaper
+LARGEST = 384  # unknowns; memory grows with the square
 
 
 class Equations(NamedTuple):
@@ -29,6 +29,7 @@ class Equations(NamedTuple):
     along_v: Array
     about: Array  # about an axis
     first: Array  # the first column of each row's envelope
+    last: Array  # the last column of each row of U
     m: Array  # M, the mass matrix of trees, which lies within the envelope; as H
 
 
@@ -47,7 +48,7 @@ def equations_of(w):
     n = w.unknown_room
     h, m = vector(w.equations, (n, n)), vector(mass_address(w, 0), (n, n))
     v = vector(w.equations + 8 * n * n, (VECTORS, n))
-    return Equations(h, v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8], v[9], v[10], m)
+    return Equations(h, v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8], v[9], v[10], v[11], m)
 
 
 @jit_inline
@@ -57,32 +58,42 @@ def mass_address(w, i):
 
 
 def factorise(w):
-    """Replace H by its factors L and U, of U the inverse diagonal. No pivots are chosen: masses keep them from zero."""
-    eq = equations_of(w)
-    h, first = eq.h, eq.first
-    for i in range(w.unknowns):
-        start, pivot = int(first[i]), h[i, i]
-        for j in range(start, i):
-            lower, upper = h[i, j], h[j, i]
-            for k in range(max(start, int(first[j])), j):
-                lower -= h[i, k] * h[k, j]
-                upper -= h[j, k] * h[k, i]
-            h[i, j], h[j, i] = lower * h[j, j], upper
-            pivot -= h[i, j] * upper
-        h[i, i] = 1.0 / pivot
+    """Replace H by its factors L and U, of U the inverse diagonal. No pivots are chosen: masses keep them from zero.
+
+    Row by row, so that what is added lies side by side in memory: `last` is the last column of each row of U.
+    """
+    eq, end = equations_of(w), w.unknowns
+    h, first, last = eq.h, eq.first, eq.last
+    for i in range(end):
+        last[i] = i
+        for k in range(int(first[i]), i):
+            last[k] = i
+    for i in range(end):
+        row = h[i]
+        for k in range(int(first[i]), i):
+            row[k] *= h[k, k]
+            add_multiple(row, -row[k], h[k], k + 1, int(last[k]) + 1)
+        row[i] = 1.0 / row[i]
+
+
+@jit_of_sums
+def add_multiple(row, factor, other, start, end):
+    """Add a multiple of a part of another row to a row."""
+    for j in range(start, end):
+        row[j] += factor * other[j]
 
 
 def substitute(w):
     """Replace the right side by the solution."""
     eq = equations_of(w)
-    h, first, x = eq.h, eq.first, eq.right
+    h, first, last, x = eq.h, eq.first, eq.last, eq.right
     for i in range(w.unknowns):
         for k in range(int(first[i]), i):
             x[i] -= h[i, k] * x[k]
     for i in range(w.unknowns - 1, -1, -1):
+        for k in range(i + 1, int(last[i]) + 1):
+            x[i] -= h[i, k] * x[k]
         x[i] *= h[i, i]
-        for k in range(int(first[i]), i):
-            x[k] -= h[k, i] * x[i]
 
 
 jit_module(__name__)

@@ -19,6 +19,7 @@ from math import isfinite, sqrt
 from contactlaw.jit import jit_module
 from contactlaw.memory import copy_wholes, whole_at
 from contactlaw.world.bodies.motion import settle, spin_change, spin_rate, update_momentum
+from contactlaw.world.contacts.pace import closing_speed
 from contactlaw.world.contacts.rolling import moment_of
 from contactlaw.world.contacts.springs import UNKNOWN
 from contactlaw.world.contacts.touch import add_work, end_contact, force_of
@@ -28,7 +29,7 @@ from contactlaw.world.data.quaternion import load4, product, rotation_vector
 from contactlaw.world.data.records import AGED, NEVER, PAUSE_LIMIT
 from contactlaw.world.data.saved import restore_body, restore_contact, save_body, save_contact, saved_body
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, load, norm, scale, store, sub
-from contactlaw.world.implicit.acceptance import ENERGY_GAIN, changes_regime, energy, is_persistent, motion_of
+from contactlaw.world.implicit.acceptance import ENERGY_GAIN, MANY, changes_regime, energy, is_persistent, motion_of
 from contactlaw.world.implicit.equations import equations_of, factorise, substitute
 from contactlaw.world.implicit.newton import add_stiffness, begin_matrix, begin_residual, evaluate_contact
 from contactlaw.world.sleep import fall_asleep, wake
@@ -47,6 +48,7 @@ GAMMA = 1.0 - sqrt(0.5)  # length of a stage, as a share of the step
 MAX_ITERATIONS = 25  # of Newton's method in a stage
 # Iterations in a stage that leave more than so much of the residual; stages that reach this hardly ever converge
 MAX_STALLS, STALL = 3, 0.5
+GUESSED = 0.1  # of its overlap, by which the first guess may move a contact
 CONTRACTION = 0.1  # ratio of successive residuals up to which the factors of the matrix are kept
 # Share of the first residual of a stage that may be left in a steady slide, see `solve`: velocities of boxes and balls
 # then differ from those by converged stages by at most 5 % of what these differ from those in short steps
@@ -111,8 +113,7 @@ def solve_stages(w, bodies, pairs, stage, steady, slides):
     steady, slides: as `acceptance.motion_of` returns them.
     """
     begin_stage(w, stage, 0.0)
-    if steady:
-        guess_velocities(w, bodies, pairs, stage)
+    guessed = steady and guess_velocities(w, bodies, pairs, stage)
     before = w.solved
     if not solve(w, bodies, pairs, (stage, stage), 0.0, slides):
         return False
@@ -120,7 +121,7 @@ def solve_stages(w, bodies, pairs, stage, steady, slides):
         return True
     add_impulses(w, pairs, w.step - stage)
     begin_stage(w, stage, w.step - stage)
-    if steady:
+    if guessed:
         eq = equations_of(w)
         for i in range(w.unknowns):
             eq.velocity[i] += (w.step / stage - 1.0) * (eq.velocity[i] - eq.begun[i])
@@ -195,7 +196,12 @@ def begin_stage(w, stage, before):
 
 
 def guess_velocities(w, bodies, pairs, stage):
-    """Set the first guess for a stage [s]: free bodies under their loads and the contact forces at the step's start."""
+    """Set the first guess for a stage [s]; return whether it holds: bodies under the forces at the step's start.
+
+    Where contacts of a crowd vibrate, these forces would carry a body much further than its contacts are deep. From
+    rest instead, Newton's method begins with the contacts as they are: its first iteration is that of the linear
+    problem. Not in small islands: from rest a sliding ball's step to rolling would converge too, 3e-5 of its way off.
+    """
     eq = equations_of(w)
     for i in range(w.unknowns):  # steady islands have no trees
         eq.velocity[i] += stage * eq.acceleration[i]
@@ -210,6 +216,19 @@ def guess_velocities(w, bodies, pairs, stage):
                     impulse, own = scale(sign, load(c.force)), eq.velocity[b.unknown :]
                     store(own, axpy(b.inverse_mass, impulse, load(own)))
                     store(own[3:], add(load(own[3:]), spin_change(b, axpy(-sign, moment, cross(arm, impulse)))))
+    crowd = w.unknowns > MANY
+    for i in range(bodies if crowd else 0):
+        place_body(w, whole_at(w.island_bodies, i), stage, stage)
+    for i in range(pairs if crowd else 0):
+        slot = row_at(w.rows, i).slot
+        if slot >= 0:
+            c = contact_at(w.contacts, slot)
+            closing = closing_speed(c, body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b))
+            if stage * abs(closing) > GUESSED * c.touch.overlap:
+                for j in range(w.unknowns):
+                    eq.velocity[j] = 0.0
+                return False
+    return True
 
 
 def solve(w, bodies, pairs, span, previous, slides):
