@@ -163,7 +163,7 @@ def collide(
         nodes, _ = RESOLUTION[bisect_left(CHI_BOUNDS, chi)]
         law = law.with_nodes(2 * nodes)  # forces during an impact need more nodes than the rebound
         p = pair.parameters(radius, law.memory)
-        after = impact_by_steps(p, *law.new_contact(), motion, scale, deepest, speed, track)
+        after = law.finite(impact_by_steps(p, *law.new_contact(), motion, scale, deepest, speed, track))
     force, history = np.empty((steps + 1, 3)), np.empty(steps + 1, HISTORY)
     write_history(motion, scale, track, along, force, history)
 

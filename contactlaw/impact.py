@@ -85,7 +85,7 @@ def _group(psi: Array, chi: Array, restitution: float, chi_class: int, law: Law,
     check_steps(count, float(chi.max()))
     out = np.empty(psi.size)
     _impacts(law.with_nodes(nodes), _damping_ratio(restitution), count)(psi, chi, out)
-    return out
+    return law.finite(out)
 
 
 @lru_cache(maxsize=64)
@@ -157,6 +157,7 @@ def force_along_path(pair: ContactPair, approach: ArrayLike, displacement: Array
     plane = np.column_stack([motion, np.zeros(motion.size)]) if line else np.ascontiguousarray(motion)
     tangential = np.empty((overlap.size, 2))
     single.force_along_path(p, overlap, plane, *law.with_nodes(None).new_contact(), normal, tangential)
+    law.finite(tangential)
     return normal, tangential[:, 0].copy() if line else tangential
 
 

@@ -272,3 +272,34 @@ def test_a_law_that_does_not_compile_is_named() -> None:
 
     with pytest.raises(TypeError, match=r"Misspelt\.force: numba cannot compile it: KeyError: 'frocce'"):
         pair_with(Misspelt()).parameters()
+
+
+@pytest.mark.heavy
+def test_a_law_whose_force_is_not_finite_is_named() -> None:
+    class Divided(Law):
+        @staticmethod
+        def force(contact, law, memory, du, dv, dt):
+            return du / (contact.overlap - contact.overlap), 0.0
+
+    steel, slow = pair_with(Divided()), (np.array([0.0, 1e-5]), np.array([0.0, 1e-7]))
+    for impact in (
+        lambda: rebound(0.5, 1.2, Divided()),
+        lambda: collide(steel, Body(mass=0.5, radius=0.025, velocity=(0.05, 0.0, -1.0))),
+        lambda: force_along_path(steel, *slow),
+    ):
+        with pytest.raises(ValueError, match=r"Divided: its force is not finite somewhere on the way"):
+            impact()
+
+
+def test_a_law_without_a_force_or_with_no_whole_memory_is_refused() -> None:
+    class Forceless(Law):
+        pass
+
+    class Half(Law):
+        memory = 2.5
+        force = OwnMindlin.force
+
+    with pytest.raises(TypeError, match=r"Forceless: has no force\(contact, law, memory, du, dv, dt\)"):
+        Forceless()
+    with pytest.raises(ValueError, match=r"Half\.memory = 2\.5: must be an integer"):
+        Half()

@@ -13,6 +13,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from contactlaw import checks
 from contactlaw.jit import INTERPRETED, address_of
 from contactlaw.laws import record
 from contactlaw.laws.slip import stuck_stiffness
@@ -21,6 +22,7 @@ from contactlaw.memory import address_of_python
 Array = NDArray[np.float64]
 Impacts = Callable[[Array, Array, Array], object]
 
+MOST_VECTORS = 512  # that a law remembers
 PACKAGE = Path(__file__).parents[1]  # folder of the sources that key the cache
 
 
@@ -61,6 +63,9 @@ class Law:
             KNOWN[cls.name] = cls
 
     def __post_init__(self) -> None:
+        if not hasattr(self, "force"):
+            raise TypeError(f"{type(self).__name__}: has no force(contact, law, memory, du, dv, dt)")
+        checks.count(f"{type(self).__name__}.memory", self.memory, 0, MOST_VECTORS)
         for field in fields(self):
             value = getattr(self, field.name)
             if isinstance(value, str | bytes | tuple) or not isfinite(value):
@@ -78,6 +83,12 @@ class Law:
             return 0.0
         f, g = contact.f / contact.ratio, contact.g / contact.ratio
         return (f * f + g * g) / (2.0 * stuck_stiffness(contact))
+
+    def finite(self, value: Any) -> Any:
+        """Return a result of this law; raise ValueError if it is not finite."""
+        if not np.isfinite(value).all():
+            raise ValueError(f"{type(self).__name__}: its force is not finite somewhere on the way")
+        return value
 
     def with_nodes(self, suggested: int | None) -> Law:
         """Return the law with a definite number of vectors: the suggested number if the law leaves it open."""

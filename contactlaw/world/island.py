@@ -176,7 +176,7 @@ def take_substeps(w, root, listed, t, now, until):
         if joints and (passed or whole):
             pairs, whole = list_at_hand(w, root, bodies, BLOCK, LEAST_WAY * longest), False
         push_by_coasting(w, coasting)
-        closed, shorter = evaluate_contacts(w, pairs, (h, next_h), closed <= w.crowd)
+        acting, closed, shorter = evaluate_contacts(w, pairs, (h, next_h), closed <= w.crowd)
         closed += coasting
         going = closed > 0 and not is_last
         soon = shorter < (NEVER if closed <= w.crowd else LEAST_CHANGE * next_h)
@@ -194,7 +194,7 @@ def take_substeps(w, root, listed, t, now, until):
             if not may_keep(target, next_h) or (coasting > 0 and target > GROWTH * next_h):
                 next_h = left / ceil(left / target - 1e-9)
             since_review = 0
-        kick_bodies(w, pairs, h, next_h)
+        kick_bodies(w, acting, h, next_h)
         w.kicks += closed
         # contacts may coast on, unless their laws are needed: as the length of substeps changes, and in the last one
         may_coast = going and next_h == h and until - t > 1.5 * h and closed > w.crowd
@@ -235,15 +235,14 @@ def update_paths(w, bodies, longer):
 
 
 @jit_inline
-def kick_bodies(w, pairs, h, next_h):
+def kick_bodies(w, acting, h, next_h):
     """Kick bodies with the forces of evaluated contacts for half a substep of h [s] and half of the next one.
 
+    acting: how many of their pairs `evaluate_contacts` has listed.
     Contacts whose overlap has become zero open; they push only for what `contacts.ends` adds there.
     """
-    for i in range(pairs):
+    for i in range(w.near_room, w.near_room + acting):
         p = near_at(w.near, whole_at(w.island_pairs, i))
-        if p.closed == 0:
-            continue
         c = contact_at(w.contacts, p.slot)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         if c.touch.overlap > 0.0:
@@ -277,12 +276,13 @@ def lost_body(w, bodies, time):
 
 @jit_inline
 def evaluate_contacts(w, pairs, span, few):
-    """Evaluate contacts at the end of a substep; return how many of them are closed, and the shortest substep needed.
+    """Evaluate contacts at the end of a substep.
 
-    The substep needed [s] is that of contacts that have just closed or are about to;
+    Returns how many there are, which are listed in the second half of `island_pairs`, as near pairs are many more; how
+    many of them stay closed; and the shortest substep [s] needed by contacts that have just closed or are about to,
     NEVER if there are none. span: lengths [s] of this substep and of the next; few: see `substeps_per_impact`.
     """
-    closed, shorter = 0, NEVER
+    acting, closed, shorter = 0, 0, NEVER
     for i in range(pairs):
         k = whole_at(w.island_pairs, i)
         p = near_at(w.near, k)
@@ -296,14 +296,15 @@ def evaluate_contacts(w, pairs, span, few):
             measure(w, contact_at(w.contacts, p.slot), a, b)
             a.pressing += 1
             b.pressing += 1
-    for i in range(pairs):
-        p = near_at(w.near, whole_at(w.island_pairs, i))
-        if p.closed != 0:
-            c = contact_at(w.contacts, p.slot)
-            advance(w, c, p.slot, span)
-            if c.touch.overlap > 0.0:
-                closed += 1
-    return closed, shorter
+            set_whole(w.island_pairs, w.near_room + acting, k)
+            acting += 1
+    for i in range(w.near_room, w.near_room + acting):
+        slot = near_at(w.near, whole_at(w.island_pairs, i)).slot
+        c = contact_at(w.contacts, slot)
+        advance(w, c, slot, span)
+        if c.touch.overlap > 0.0:
+            closed += 1
+    return acting, closed, shorter
 
 
 def measure_open_pair(w, k, reach, span, few):

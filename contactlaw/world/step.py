@@ -125,13 +125,8 @@ def find_pressed(w):
         b = body_at(w.bodies, i)
         b.pressed = 0
         placed = placed or b.placed != 0
-        gaps_needed = gaps_needed or placed or b.tree != 0
     if w.stale != 0 or (placed and any_guard_exceeded(w, -NEVER, 2.0 * w.step)):
         list_near(w)
-    for k in range(w.guard_count if gaps_needed and not placed else 0):
-        g = guard_at(w.guards, k)
-        if g.lead == k:
-            update_guard(w, g, 2.0 * w.step)
     for k in range(w.nears):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
@@ -140,7 +135,13 @@ def find_pressed(w):
         if p.closed != 0:
             mark_pressed(a)
             mark_pressed(b)
-    for k in range(w.guard_count if gaps_needed else 0):  # after closed pairs: a tree that is pressed needs no gaps
+    for i in range(w.body_count):  # after closed pairs: a tree that is pressed needs no gaps
+        gaps_needed = gaps_needed or needs_gap(body_at(w.bodies, i))
+    for k in range(w.guard_count if gaps_needed and not placed else 0):
+        g = guard_at(w.guards, k)
+        if g.lead == k:
+            update_guard(w, g, 2.0 * w.step)
+    for k in range(w.guard_count if gaps_needed else 0):
         g = guard_at(w.guards, k)
         if needs_gap(body_at(w.bodies, g.body_a)) or needs_gap(body_at(w.bodies, g.body_b)):
             separate_at_start(w, g)

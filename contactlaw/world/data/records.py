@@ -196,19 +196,21 @@ PAIR = record(
 """Two materials in contact."""
 
 NEAR = record(
-    slot="i8",  # of its contact, if that is closed or has been in this step; else -1
-    closed="i8", active="i8", link="i8",  # 1, COASTS: taken into an island in this window; next of the island
+    # first what is read of each pair in each window, as most are far apart: it fits a line of the processor's cache
+    closed="i8", active="i8",  # 1, COASTS: taken into an island in this window
     body_a="i8", body_b="i8",
-    path_limit="f8",  # [m] sum of both bodies' `path` at which it can close, in a run of substeps
-    a="i8", b="i8", pair="i8",
-    first="i8", places="i8",  # of the pairs of A with fields of one surface: the first one's number, and how many
     toi="f8",  # time of impact, a lower bound [s]
-    checked="f8",  # time [s] at which its gap was last found; -1: not in this step; or MEASURED, BOUNDED
-    gap="f8", closing="f8", acceleration="f8",  # [m], [m/s], [m/s^2]: gap then, closing speed, and acceleration at most
-    initial_overlap="f8",  # [m] overlap that counts as none, that of its contact
-    closing_bound="f8",  # [m/s] greatest closing speed of any points of both at the start of a step, see `near.passing`
+    path_limit="f8",  # [m] sum of both bodies' `path` at which it can close, in a run of substeps
     guard="i8",  # the guard between its bodies, if its gap is costly to measure; else -1
     listed_gap="f8",  # [m] lower bound of the gap when the pair was listed, raised by later measurements
+    checked="f8",  # time [s] at which its gap was last found; -1: not in this step; or MEASURED, BOUNDED
+    gap="f8", closing="f8", acceleration="f8",  # [m], [m/s], [m/s^2]: gap then, closing speed, and acceleration at most
+    closing_bound="f8",  # [m/s] greatest closing speed of any points of both at the start of a step, see `near.passing`
+    slot="i8",  # of its contact, if that is closed or has been in this step; else -1
+    link="i8",  # next of the island
+    initial_overlap="f8",  # [m] overlap that counts as none, that of its contact
+    a="i8", b="i8", pair="i8",
+    first="i8", places="i8",  # of the pairs of A with fields of one surface: the first one's number, and how many
     # where both were nearest when last looked at in this step: place along a segment or edge A, -1 to 1 from end to
     # end; how many vertices of a hull B, 0: not known; these along its body's axes
     along="f8", vertices="i8", feature=MATRIX,
