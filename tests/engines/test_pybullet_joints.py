@@ -71,7 +71,8 @@ def test_the_model_moves_as_the_engine_does(client: int, base_mass: float, joint
     one.add_to(world)
     arrays = world.arrays.bound()
     one.read(one.start)
-    one.bind(arrays, np.zeros(arrays.bodies.size, ROW))
+    rows = np.zeros(arrays.bodies.size, ROW)  # the tree keeps its address, not the array
+    one.bind(arrays, rows)
     one.begin_step(np.array([1.0, 2.0, -G]), 0.0)
     for link in one.links:
         member, (at, _) = one.place_of(link)
