@@ -160,7 +160,7 @@ def view_of(model: mujoco.MjModel, data: mujoco.MjData, *names: str) -> View:
     """
     known, there = contact_instances(layout.view_of(model, data)), instances_of(model) if names else []
     for name in names:
-        if name not in there:
+        if not isinstance(name, str) or name not in there:
             nearest = offer(str(name), there)
             raise ValueError(f"name = {name!r}: must be the name of a plugin instance of the model; {nearest}")
     if not known:
