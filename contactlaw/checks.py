@@ -181,7 +181,7 @@ def count(name: str, value: Any, least: int, most: int = LARGEST_COUNT) -> int:
     """Return value as an int >= least, and at most `most`."""
     result = whole(value)
     if result is None or not least <= result <= most:
-        allowed = f">= {least}" if result is None or result < least else f"from {least} to {most}"
+        allowed = f"from {least} to {most}" if most < LARGEST_COUNT or (result or 0) > most else f">= {least}"
         raise ValueError(f"{name} = {value!r}: must be an integer {allowed}")
     return result
 

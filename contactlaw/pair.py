@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from contactlaw import checks, losses
 from contactlaw.laws import Law, hertz, law_of, normal_motion, oscillator, sectors
+from contactlaw.laws.base import MOST_VECTORS
 from contactlaw.losses import OverSpeed
 from contactlaw.material import Material, material_of
 
@@ -215,7 +216,7 @@ class ContactPair:
             nodes: Number of nodes, for a law that leaves it open.
         """
         given = self.radius is not None or radius is None
-        return self.law.with_nodes(None if nodes is None else checks.count("nodes", nodes, 0, 512)).with_pair(
+        return self.law.with_nodes(None if nodes is None else checks.count("nodes", nodes, 0, MOST_VECTORS)).with_pair(
             self.effective_modulus, self.effective_shear_modulus,
             self._radius() if given else checks.positive("radius", radius), self._at(1.0, 0.0)[1], self.damping_ratio,
             _scaled_duration(self.damping_ratio), self.torsion_modulus, self.rolling_resistance,

@@ -23,9 +23,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from contactlaw import checks
 from contactlaw.jit import jit_inline, jit_of_sums
 from contactlaw.laws import microslip_line, whole_impacts
-from contactlaw.laws.base import Impacts, Law
+from contactlaw.laws.base import MOST_VECTORS, Impacts, Law
 from contactlaw.laws.ellipse import force_on_ellipse
 from contactlaw.laws.nodes import follow, levers, step_of
 from contactlaw.laws.record import LASTING, OPEN, SLIDING, SPRUNG, UNSHEARED, record_of
@@ -61,8 +62,8 @@ class Microslip(Law):
         if not (isinstance(self.shear_loss, np.bool_ | Real) and self.shear_loss in (0, 1)):
             raise ValueError(f"shear_loss = {self.shear_loss!r}: must be 0 or 1")
         object.__setattr__(self, "shear_loss", int(self.shear_loss))  # a law's fields are numbers
-        if self.node_count is not None and not (isinstance(self.node_count, int) and 2 <= self.node_count <= 512):
-            raise ValueError(f"node_count = {self.node_count!r}: must be None or an integer from 2 to 512")
+        if self.node_count is not None:
+            checks.count("node_count", self.node_count, 2, MOST_VECTORS)
 
     @property
     def memory(self) -> int:
