@@ -49,7 +49,7 @@ EXACT = 1e-9  # relative difference of a coordinate that counts as rounding
 CARRIES = 0.01  # a motor holds its joint if less than this share of its torque accelerates the inertia that it carries
 HELD = 1e3  # armature of a joint that a motor holds, over the inertia that it carries
 
-# lengths are numbers of coordinates (q), of velocities (v), and of hinges and slides (m)
+# lengths are numbers of coordinates (q), of velocities (v), and of those that motors can drive (m)
 KEPT = {"left": "q", "force": "v", "push": "v", "last_torque": "m", "limit": "m", "strongest": "m"}
 """What lasts from a step to the next: coordinates as the last step left them."""
 NUMBERS = KEPT | {
@@ -109,8 +109,7 @@ class Tree:
         self.q_size, self.v_size = self.rows.start.size, self.rows.axes.size
         self.joints = self.rows.joints[["kind", "first_q", "first_axis"]].tolist()
         self._joint_links, self._kinds = self.heads[self.free :], self.joints[4 * self.free :]
-        motors = sum(kind != BALL for kind, _, _ in self._kinds)
-        sizes = {"q": self.q_size, "v": self.v_size, "m": motors}
+        sizes = {"q": self.q_size, "v": self.v_size, "m": self.v_size - 6 * self.free}
         shapes = [(name, "f8", tuple(sizes[one] for one in shape)) for name, shape in NUMBERS.items()]
         self.numbers = own = np.zeros((), shapes)
         self._kept, self._own = own[list(KEPT)], np.zeros(1, OWN)
@@ -146,7 +145,7 @@ class Tree:
         return int(self.rows.row[i]), Pose(self.rows.at[i], self.rows.quaternion[i])
 
     def read(self, out: tuple[Array, Array]) -> tuple[Array, Array]:
-        """Read coordinates and velocities from PyBullet, and `torque` of the motors of hinges and slides."""
+        """Read coordinates and velocities from PyBullet, and `torque` of the joints' motors."""
         q, v = list[float](), list[float]()
         if self.free:
             x, turn = p.getBasePositionAndOrientation(self.body, self._client)
@@ -154,17 +153,17 @@ class Tree:
             a, b, c, w = turn
             q, v = [*x, w, a, b, c], [*velocity, *turned((-a, -b, -c, w), spin)]
         if self._joint_links:
-            torques = []
+            torques = list[float]()
             for place, speed, _, torque in p.getJointStatesMultiDof(self.body, self._joint_links, self._client):
-                if len(place) == 1:
-                    q.append(place[0])
-                    torques.append(torque[0])
-                else:
-                    q += (place[3], *place[:3])
+                q += place if len(place) == 1 else (place[3], *place[:3])
                 v += speed
+                torques += torque
             self.numbers["torque"][:] = torques
         if not isfinite(sum(q) + sum(v)):
-            raise ValueError(f"body {self.body}: its joints' positions or velocities are not finite")
+            raise ValueError(
+                f"body {self.body}: its joints' positions or velocities are not finite (setJointMotorControl2 makes "
+                "those of spherical joints so: use setJointMotorControlMultiDof)"
+            )
         out[0][:], out[1][:] = q, v
         return out
 
@@ -322,24 +321,19 @@ def take_response(block, dt):
         gained[k] = (after[k] - before[k]) / dt
         force[k] -= push[k]
     add_product(m, vector(own.free_acceleration, t.v_size), -1.0, force)
-    motor = 0
-    for i in range(4 if is_free(t, link_at(t.links, 0)) else 0, t.joint_count):
-        joint = joint_at(t.joints, i)
-        if joint.kind != BALL:
-            k = joint.first_axis
-            axis = axis_at(t.axes, k)
-            inertia = m[k, k] - axis.armature
-            m[k, k] = inertia
-            axis.armature = armature_of(own, t, motor, k, inertia, dt)
-            m[k, k] += axis.armature
-            motor += 1
+    first = 6 if is_free(t, link_at(t.links, 0)) else 0
+    for k in range(first, t.v_size):
+        axis = axis_at(t.axes, k)
+        inertia = m[k, k] - axis.armature
+        axis.armature = armature_of(own, t, k - first, k, inertia, dt)
+        m[k, k] = inertia + axis.armature
     add_product(m, gained, 1.0, force)
     set_start(own, t, dt)
 
 
 def armature_of(own, t, motor, k, inertia, dt):
     """Return the armature of degree of freedom k by its motor; inertia: without it; note the motor's torque."""
-    count = t.joint_count  # there are at most as many motors
+    count = motor + 1
     torques, last, limits = vector(own.torque, count), vector(own.last_torque, count), vector(own.limit, count)
     strongest = vector(own.strongest, count)
     torque, speed = abs(torques[motor]), abs(vector(own.after_v, t.v_size)[k])
