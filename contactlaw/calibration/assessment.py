@@ -193,7 +193,8 @@ def _friction(impacts: Impacts, evidence: fit.Evidence, regimes: list[str]) -> E
     bounds = f"Up to errors of measurement it is at least {ratio.max():.3g}, the greatest ratio of tangential to normal"
     bounds += " impulse that was seen"
     if evidence.scatter is not None:
-        seen = max(float((ratio - evidence.reach * error).max()), 0.0)
+        of_all = stats.norm.isf(fit.CHANCE / ratio.size) / fit.NORMAL  # the greatest of many is great by chance
+        seen = max(float((ratio - of_all * evidence.reach * error).max()), 0.0)
         why = "the impacts fit a wide range of friction"
         if result.SLIDES not in regimes:
             why = "no impact is sure to slide throughout, and the others fit a wide range of friction"

@@ -115,17 +115,37 @@ class Problem:
         return np.sum(self.terms(place) ** 2, axis=-1)
 
     @cached_property
-    def map(self) -> Array:
-        """The cost at all places of the grid, shape (m, k)."""
-        return np.stack([self.cost(column) for column in self.grid.swapaxes(0, 1)], axis=1)
+    def map(self) -> tuple[Array, Array]:
+        """Places of the grid, those of low cost moved to the least within their cells, (m, k, 2); and costs, (m, k).
+
+        Impacts at one angle fit all along a line of places, and small errors make it narrower than the cells.
+        """
+        columns = [self._lowered(column) for column in self.grid.swapaxes(0, 1)]
+        return np.stack([places for places, _ in columns], axis=1), np.stack([cost for _, cost in columns], axis=1)
+
+    def _lowered(self, column: Array) -> tuple[Array, Array]:
+        """Places of one kappa (m, 2), with minima along ln mu moved within their cells by Gauss-Newton; and costs."""
+        mu, nearby, cost = column[:, 0], np.array([1e-5, 0.0]), self.cost(column)
+        low, half = np.flatnonzero(cost <= ndimage.minimum_filter1d(cost, 3)), 0.5 * (mu[1] - mu[0])
+        best = column[low]
+        for _ in range(2):
+            now = self.scaled(best)
+            slope = (self.scaled(best + nearby) - now) / nearby[0]
+            move = np.sum(now * slope, axis=-1) / np.maximum(np.sum(slope**2, axis=-1), 1e-300)
+            best[:, 0] = np.clip(best[:, 0] - move, mu[low] - half, mu[low] + half).clip(mu[0], mu[-1])
+        places, new = column.copy(), self.cost(best)
+        lower = new < cost[low]
+        places[low[lower]], cost[low[lower]] = best[lower], new[lower]
+        return places, cost
 
     def starts(self) -> list[Array]:
         """Return the best place at the given kappa, and the best local minima of the map, shape (2,) each."""
-        low = self.map <= ndimage.minimum_filter(self.map, 3) * (1.0 + 1e-9)
+        places, cost = self.map
+        low = cost <= ndimage.minimum_filter(cost, 3) * (1.0 + 1e-9)
         labels = np.array(ndimage.label(low, np.ones((3, 3)))[0])  # type: ignore[index]
-        cells = ndimage.minimum_position(self.map, labels, range(1, int(labels.max()) + 1))
-        given = int(np.argmin(self.map[:, self.column])), self.column
-        return [self.grid[cell] for cell in (given, *sorted(cells, key=lambda cell: self.map[cell])[:STARTS])]
+        cells = ndimage.minimum_position(cost, labels, range(1, int(labels.max()) + 1))
+        given = int(np.argmin(cost[:, self.column])), self.column
+        return [places[cell] for cell in (given, *sorted(cells, key=lambda cell: cost[cell])[:STARTS])]
 
     def solve(self, start: Array, scale: float | None = None) -> tuple[Array, int]:
         """Return the place of the least squares from one start, and the number of parameters that residuals feel there.
@@ -268,7 +288,7 @@ def evaluate(whole: Problem) -> Evidence:
     within = np.array([place for place, _ in fits])
     ranges, allowed = np.exp(np.stack([best, best], axis=1)), []
     for axis, most in enumerate(limits.tolist()):
-        places = np.concatenate([within[problem.cost(within) <= most], problem.grid[problem.map <= most]])
+        places = np.concatenate([within[problem.cost(within) <= most], problem.map[0][problem.map[1] <= most]])
         allowed.append(places)
         low, high = places[np.argmin(places[:, axis])], places[np.argmax(places[:, axis])]
         ranges[axis] = np.exp([_end(problem, most, low, axis, -1), _end(problem, most, high, axis, 1)])
@@ -317,11 +337,34 @@ def evidence_of(whole: Problem) -> Evidence:
     """
     impacts = whole.impacts
     if impacts.size <= MANY:
-        return evaluate(whole)
+        return _of_one_angle(whole, evaluate(whole))
     first = _averaged(whole, np.ones(impacts.size, dtype=bool))
     far = np.abs(whole.scaled(np.log(first.best)))
     used = far <= stats.norm.isf(0.5 * CHANCE / impacts.size) * robust_scale(far, whole.fitted, whole.least_scale)
     return replace(_averaged(whole, used), used=used)
+
+
+SAME = 2.0  # impacts at angles that scatter by less than this multiple of their errors count as one
+
+
+def _of_one_angle(whole: Problem, evidence: Evidence) -> Evidence:
+    """Evidence of a table, from the mean impact if all are at one angle.
+
+    The errors of V_x1 then move no V_x2, as they would along a curve: the scatter speaks for a flat curve, and so for
+    places that may be far from the truth.
+    """
+    impacts = whole.impacts.chosen(evidence.used)
+    if impacts.size == 1 or not np.isfinite(evidence.reach):
+        return evidence
+    (z1, x1, z2, x2), errors = impacts.velocities, impacts.errors * evidence.reach / NORMAL
+    side, t = np.where(x1 < 0.0, -1.0, 1.0), np.abs(x1) / z1
+    if np.mean(((t - t.mean()) * z1) ** 2 / (errors[1] ** 2 + (t * errors[0]) ** 2)) > SAME**2:
+        return evidence
+    velocities = np.mean([z1, side * x1, z2, side * x2], axis=1, keepdims=True)
+    deviations = np.sqrt(np.mean(errors**2, axis=1, keepdims=True) / impacts.size)
+    one = replace(impacts, velocities=velocities, errors=deviations, known_errors=True)
+    mean = evaluate(replace(whole, impacts=one))
+    return replace(evidence, best=mean.best, ranges=mean.ranges, allowed=mean.allowed)
 
 
 def _averaged(whole: Problem, used: Mask) -> Evidence:

@@ -133,3 +133,15 @@ def test_ranges_hold_where_errors_are_not_alike():
         told += [one.value is not None for one, _ in pairs]
         missed += [one.value is not None and not one.lower <= truth <= one.upper for one, truth in pairs]
     assert (told > 20).all() and (missed <= 0.05 * told + 2.6 * np.sqrt(0.05 * told)).all(), (told, missed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("known", [True, False])
+def test_many_impacts_at_one_angle_do_not_exclude_the_truth(known):
+    """They slid throughout; a stuck impact with much greater friction would leave alike."""
+    missed = 0
+    for seed in range(8):
+        result = calibrate(*table((4.6,) * 8, seed=seed, law=True), DISK, **(errors() if known else {}))
+        for one, truth in ((result.friction, MU), (result.stiffness_ratio, KAPPA)):
+            missed += not (one.lower or 0.0) <= truth <= (one.upper or np.inf)
+    assert missed <= 2
