@@ -267,10 +267,10 @@ def kick_bodies(w, c, h, next_h):
 
 def leaves_margins(w, bodies, time):
     """Return whether a body of an island may leave its margin within a time [s], at its present speed."""
-    leaves = False
     for i in range(bodies):
-        leaves = leaves or may_leave_margin(body_at(w.bodies, whole_at(w.island_bodies, i)), time)
-    return leaves
+        if may_leave_margin(body_at(w.bodies, whole_at(w.island_bodies, i)), time):
+            return True
+    return False
 
 
 def lost_body(w, bodies, time):
@@ -291,9 +291,9 @@ def lost_body(w, bodies, time):
 def measure_contacts(w, pairs, span, few):
     """Measure contacts, and open pairs that could close, at the end of a substep.
 
-    Returns how many contacts there are, whose slots are listed in the second half of `island_pairs`, as near pairs are
-    many more; how many of them stay closed; and the shortest substep [s] needed by contacts that have just closed or are about to,
-    NEVER if there are none. span: lengths [s] of this substep and of the next; few: see `substeps_per_impact`.
+    Returns how many contacts there are, with their slots in the second half of `island_pairs`; how many stay closed;
+    and the shortest substep [s] needed by those that have just closed or are about to, else NEVER. span: lengths [s] of
+    this substep and of the next; few: see `substeps_per_impact`.
     """
     acting, closed, shorter = 0, 0, NEVER
     for i in range(pairs):
