@@ -267,10 +267,10 @@ def kick_bodies(w, c, h, next_h):
 
 def leaves_margins(w, bodies, time):
     """Return whether a body of an island may leave its margin within a time [s], at its present speed."""
+    leaves = False
     for i in range(bodies):
-        if may_leave_margin(body_at(w.bodies, whole_at(w.island_bodies, i)), time):
-            return True
-    return False
+        leaves = leaves or may_leave_margin(body_at(w.bodies, whole_at(w.island_bodies, i)), time)
+    return leaves
 
 
 def lost_body(w, bodies, time):
