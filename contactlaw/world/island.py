@@ -176,16 +176,15 @@ def take_substeps(w, root, listed, t, now, until):
         if joints and (passed or whole):
             pairs, whole = list_at_hand(w, root, bodies, BLOCK, LEAST_WAY * longest), False
         push_by_coasting(w, coasting)
-        span = h, next_h
-        acting, closed, shorter = measure_contacts(w, pairs, span, closed <= w.crowd)
+        acting, closed, shorter = evaluate_contacts(w, pairs, (h, next_h), closed <= w.crowd)
         closed += coasting
         going = closed > 0 and not is_last
         soon = shorter < (NEVER if closed <= w.crowd else LEAST_CHANGE * next_h)
         review = going and (soon or since_review == BLOCK)
-        next_h = next_h if going else 0.0
-        advance_contacts(w, acting, span, next_h, not review)
         if review and root == w.loose:
             going = review = not leaves_margins(w, bodies, min(2.0 * BLOCK * next_h, left))
+        if not going:
+            next_h = 0.0
         if review:
             target = max(min(substep_length(w, pairs, coasting, t), left), shortest)
             if joints and not whole and target > GROWTH * next_h:  # longer substeps reach further than what is at hand
@@ -195,8 +194,7 @@ def take_substeps(w, root, listed, t, now, until):
             if not may_keep(target, next_h) or (coasting > 0 and target > GROWTH * next_h):
                 next_h = left / ceil(left / target - 1e-9)
             since_review = 0
-            for i in range(w.near_room, w.near_room + acting):
-                kick_bodies(w, contact_at(w.contacts, whole_at(w.island_pairs, i)), h, next_h if going else 0.0)
+        kick_bodies(w, acting, h, next_h)
         w.kicks += closed
         # contacts may coast on, unless their laws are needed: as the length of substeps changes, and in the last one
         may_coast = going and next_h == h and until - t > 1.5 * h and closed > w.crowd
@@ -204,7 +202,7 @@ def take_substeps(w, root, listed, t, now, until):
             kept = call_coast(address(w, COAST), w, pairs, coasting, (h, next_h), may_coast)
             pairs, coasting = pairs + coasting - kept, kept
         if may_coast and since_review % COAST_EVERY == 1 and ready(w, START_COASTING):
-            more = call_start_coasting(address(w, START_COASTING), w, (pairs, acting, coasting), h)
+            more = call_start_coasting(address(w, START_COASTING), w, pairs, coasting, h)
             pairs, coasting = pairs + coasting - more, more
         h = next_h
     w.twists = TWIST_ALWAYS
@@ -237,32 +235,21 @@ def update_paths(w, bodies, longer):
 
 
 @jit_inline
-def advance_contacts(w, acting, span, next_h, kicks):
-    """Advance the contacts that `measure_contacts` has listed, and kick their bodies if that is not left to the caller.
+def kick_bodies(w, acting, h, next_h):
+    """Kick bodies with the forces of evaluated contacts for half a substep of h [s] and half of the next one.
 
-    span: lengths [s] of this substep and, as foreseen, of the next. next_h: of the next one, zero: there is none.
-    Contacts of a large crowd are read from far memory: kicked at once, each is read once less.
+    acting: how many of their pairs `evaluate_contacts` has listed.
+    Contacts whose overlap has become zero open; they push only for what `contacts.ends` adds there.
     """
     for i in range(w.near_room, w.near_room + acting):
-        slot = whole_at(w.island_pairs, i)
-        c = contact_at(w.contacts, slot)
-        advance(w, c, slot, span)
-        if kicks:
-            kick_bodies(w, c, span[0], next_h)
-
-
-@jit_inline
-def kick_bodies(w, c, h, next_h):
-    """Kick the bodies of a contact just advanced with its force for half a substep of h [s] and half of the next one.
-
-    If its overlap has become zero it opens; it pushes only for what `contacts.ends` adds there.
-    """
-    a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
-    if c.touch.overlap > 0.0:
-        apply_force(c, a, b, 0.5 * (h + next_h) + c.end_weight * h)
-    else:
-        apply_force(c, a, b, c.end_weight * h)
-        end_contact(near_at(w.near, c.near), c)
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        c = contact_at(w.contacts, p.slot)
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+        if c.touch.overlap > 0.0:
+            apply_force(c, a, b, 0.5 * (h + next_h) + c.end_weight * h)
+        else:
+            apply_force(c, a, b, c.end_weight * h)
+            end_contact(p, c)
 
 
 def leaves_margins(w, bodies, time):
@@ -288,12 +275,12 @@ def lost_body(w, bodies, time):
 
 
 @jit_inline
-def measure_contacts(w, pairs, span, few):
-    """Measure contacts, and open pairs that could close, at the end of a substep.
+def evaluate_contacts(w, pairs, span, few):
+    """Evaluate contacts at the end of a substep.
 
-    Returns how many contacts there are, with their slots in the second half of `island_pairs`; how many stay closed;
-    and the shortest substep [s] needed by those that have just closed or are about to, else NEVER. span: lengths [s] of
-    this substep and of the next; few: see `substeps_per_impact`.
+    Returns how many there are, which are listed in the second half of `island_pairs`, as near pairs are many more; how
+    many of them stay closed; and the shortest substep [s] needed by contacts that have just closed or are about to,
+    NEVER if there are none. span: lengths [s] of this substep and of the next; few: see `substeps_per_impact`.
     """
     acting, closed, shorter = 0, 0, NEVER
     for i in range(pairs):
@@ -306,14 +293,17 @@ def measure_contacts(w, pairs, span, few):
                 continue
             shorter = min(shorter, measure_open_pair(w, k, reach, span, few))
         if p.closed != 0:
-            c = contact_at(w.contacts, p.slot)
-            measure(w, c, a, b)
+            measure(w, contact_at(w.contacts, p.slot), a, b)
             a.pressing += 1
             b.pressing += 1
-            set_whole(w.island_pairs, w.near_room + acting, p.slot)
+            set_whole(w.island_pairs, w.near_room + acting, k)
             acting += 1
-            if c.touch.overlap > 0.0:
-                closed += 1
+    for i in range(w.near_room, w.near_room + acting):
+        slot = near_at(w.near, whole_at(w.island_pairs, i)).slot
+        c = contact_at(w.contacts, slot)
+        advance(w, c, slot, span)
+        if c.touch.overlap > 0.0:
+            closed += 1
     return acting, closed, shorter
 
 

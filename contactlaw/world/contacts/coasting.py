@@ -37,39 +37,36 @@ SIZE = COASTING.itemsize
 TORSION_PHASE = 0.3  # [rad] of a torsional oscillation for which its moment may be held: critically damped, stable to 1
 
 
-def start_coasting(w, counts, h):
+def start_coasting(w, pairs, coasting, h):
     """Let contacts of an island coast that hardly change, in substeps of h [s]; return how many coast now.
 
-    Their pairs leave the island's list. counts: how many pairs are in the list, how many contacts
-    `island.measure_contacts` has listed, and how many coast already. Those that have just stopped are not among these:
-    their laws do not know yet what they moved meanwhile.
+    Their pairs leave the island's list. pairs, coasting: how many are in the list, and coast already.
     """
-    pairs, acting, before = counts
-    coasting, left = before, 0
-    for i in range(w.near_room, w.near_room + acting):
-        c = contact_at(w.contacts, whole_at(w.island_pairs, i))
-        a, b, t = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b), c.touch
-        if has_model(w, c, a, b):
-            time = steady_time(c, a, b)
-            if time * time * t.force > STEADY * STEADY * t.mass * t.overlap:
-                begin_coasting(w, c, coasting_at(w.coasting, coasting), h, time)
-                coasting += 1
-    for i in range(pairs if coasting > before else 0):
+    left = 0
+    for i in range(pairs):
         k = whole_at(w.island_pairs, i)
-        if near_at(w.near, k).active != COASTS:
-            set_whole(w.island_pairs, left, k)
-            left += 1
+        p = near_at(w.near, k)
+        if p.closed != 0 and has_model(w, p):
+            c = contact_at(w.contacts, p.slot)
+            t, time = c.touch, steady_time(c, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
+            if time * time * t.force > STEADY * STEADY * t.mass * t.overlap:
+                begin_coasting(w, k, coasting_at(w.coasting, coasting), h, time)
+                p.active = COASTS
+                coasting += 1
+                continue
+        set_whole(w.island_pairs, left, k)
+        left += 1
     return coasting
 
 
-def has_model(w, c, a, b):
-    """Return whether a contact can coast: it is closed and persistent, without rolling resistance, of round bodies."""
+def has_model(w, p):
+    """Return whether a closed contact can coast: it is persistent, without rolling resistance, between round bodies."""
+    c, law = contact_at(w.contacts, p.slot), law_of(w, pair_at(w.pairs, p.pair))
     t = c.touch
     if t.state == SPUN or t.course != LASTING or t.overlap <= 0.0:
         return False
-    law = law_of(w, pair_at(w.pairs, c.pair))
     plain = law.sectors != 0.0 and law.rolling == 0.0 and t.skew == 0.0
-    return plain and is_round(a) and is_round(b)
+    return plain and is_round(body_at(w.bodies, p.body_a)) and is_round(body_at(w.bodies, p.body_b))
 
 
 def steady_time(c, a, b):
@@ -104,12 +101,13 @@ def is_round(b):
     return b.tree == 0 and b.isotropic != 0 and b.oriented == 0
 
 
-def begin_coasting(w, c, r, h, longest):
-    """Set the model r of a contact, in substeps of h [s]. longest: `r.longest` unless it is quasi-static."""
-    p = near_at(w.near, c.near)
+def begin_coasting(w, k, r, h, longest):
+    """Set the model r of the contact of pair k, in substeps of h [s]. longest: `r.longest` unless quasi-static."""
+    p = near_at(w.near, k)
+    c = contact_at(w.contacts, p.slot)
     t, n, e = c.touch, load(c.normal), load(c.tangent)
-    r.near, p.active = c.near, COASTS
-    r.body_a, r.body_b = body_address(w.bodies, c.body_a), body_address(w.bodies, c.body_b)
+    r.near = k
+    r.body_a, r.body_b = body_address(w.bodies, p.body_a), body_address(w.bodies, p.body_b)
     a, b = body_at(r.body_a, 0), body_at(r.body_b, 0)
     r.pace = longest_substep(w, c, a, b, substeps_per_impact(w, p, False))
     a.touched, b.touched = 1, 1
