@@ -27,6 +27,7 @@ FRICTION_GRID = np.geomspace(0.4, 25.0, 64)  # in units of the greatest impulse 
 STARTS = 5  # local minima from which a fit starts, at most
 LEAST_SCATTER = 1e-9  # relative error of a velocity by rounding, for synthetic impacts exactly on the curve
 LAW, STEPS = "microslip node_count=32", 256  # the same for all chi: the default resolution changes in steps
+SAME = 2.0  # impacts at angles that scatter by less than this multiple of their errors count as one
 SHARES = np.linspace(0.0, 1.0, 161)  # psi_1 over that from which an impact slides throughout
 
 
@@ -342,9 +343,6 @@ def evidence_of(whole: Problem) -> Evidence:
     far = np.abs(whole.scaled(np.log(first.best)))
     used = far <= stats.norm.isf(0.5 * CHANCE / impacts.size) * robust_scale(far, whole.fitted, whole.least_scale)
     return replace(_averaged(whole, used), used=used)
-
-
-SAME = 2.0  # impacts at angles that scatter by less than this multiple of their errors count as one
 
 
 def _of_one_angle(whole: Problem, evidence: Evidence) -> Evidence:

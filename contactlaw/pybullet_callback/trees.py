@@ -160,10 +160,9 @@ class Tree:
                 torques += torque
             self.numbers["torque"][:] = torques
         if not isfinite(sum(q) + sum(v)):
-            raise ValueError(
-                f"body {self.body}: its joints' positions or velocities are not finite (setJointMotorControl2 makes "
-                "those of spherical joints so: use setJointMotorControlMultiDof)"
-            )
+            hint = " (setJointMotorControl2 makes those of spherical joints so: use setJointMotorControlMultiDof)"
+            spherical = any(kind == BALL for kind, _, _ in self._kinds)
+            raise ValueError(f"body {self.body}: positions or velocities are not finite{hint if spherical else ''}")
         out[0][:], out[1][:] = q, v
         return out
 
@@ -322,29 +321,31 @@ def take_response(block, dt):
         force[k] -= push[k]
     add_product(m, vector(own.free_acceleration, t.v_size), -1.0, force)
     first = 6 if is_free(t, link_at(t.links, 0)) else 0
-    for k in range(first, t.v_size):
+    for motor in range(t.v_size - first):
+        k = first + motor
         axis = axis_at(t.axes, k)
         inertia = m[k, k] - axis.armature
-        axis.armature = armature_of(own, t, k - first, k, inertia, dt)
+        axis.armature = armature_of(own, motor, inertia, (abs(gained[k]), abs(after[k]), abs(push[k])), dt)
         m[k, k] = inertia + axis.armature
     add_product(m, gained, 1.0, force)
     set_start(own, t, dt)
 
 
-def armature_of(own, t, motor, k, inertia, dt):
-    """Return the armature of degree of freedom k by its motor; inertia: without it; note the motor's torque."""
-    count = motor + 1
+def armature_of(own, motor, inertia, sizes, dt):
+    """Return the armature of a joint's axis by its motor, and note the motor's torque.
+
+    inertia: without armature; sizes: of the axis' acceleration and velocity by Bullet's step, and of the push.
+    """
+    count, (acceleration, speed, push) = motor + 1, sizes
     torques, last, limits = vector(own.torque, count), vector(own.last_torque, count), vector(own.limit, count)
-    strongest = vector(own.strongest, count)
-    torque, speed = abs(torques[motor]), abs(vector(own.after_v, t.v_size)[k])
-    accelerating = abs(vector(own.gained, t.v_size)[k]) * inertia
+    strongest, torque, accelerating = vector(own.strongest, count), abs(torques[motor]), acceleration * inertia
     if torque > (1.0 + EXACT) * limits[motor]:
         limits[motor] = inf
     if abs(torque - last[motor]) <= EXACT * torque and accelerating > EXACT * torque:
         limits[motor] = torque
     last[motor] = torque
     strongest[motor] = max(strongest[motor], torque)
-    held = accelerating < max(abs(vector(own.push, t.v_size)[k]), CARRIES * torque)
+    held = accelerating < max(push, CARRIES * torque)
     if not (held and 0.0 < torque < (1.0 - EXACT) * limits[motor]):
         return 0.0
     return min(HELD * inertia, dt * strongest[motor] / speed) if speed > 0.0 else HELD * inertia
