@@ -5,7 +5,7 @@ step, so that joint limits, equalities and the engine's own contacts respond to 
 steps from, and changes nothing else that lasts. `advance`, called once after the engine's step, reads bodies at the
 saved state (hook read), with the accelerations of the engine's step less that force, takes the same step of the world,
 and writes coordinates and velocities of all bodies that contacts have touched, or that cannot be where the engine has
-them, see `near.passing` (hook apply). Hooks load and store are `load_state` and `store_state`.
+them, see `near` (hook apply). Hooks load and store are `load_state` and `store_state`.
 """
 
 import numpy as np
@@ -26,7 +26,7 @@ from contactlaw.world.data.demand import READ as READ_STATE
 from contactlaw.world.data.demand import STEP
 from contactlaw.world.data.records import RESIZED
 from contactlaw.world.data.vec import cross, load, scale, store
-from contactlaw.world.near.passing import follow, may_follow, part
+from contactlaw.world.near.following import follow, may_follow, part
 from contactlaw.world.sleep import is_at_rest
 from contactlaw.world.state import forget_motion, unused_span, write
 from contactlaw.world.step import FIND_PRESSED, FIXED_ROOM

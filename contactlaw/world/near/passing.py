@@ -1,8 +1,4 @@
-"""Bodies that no contact has touched in a step: they end it where the engine's own step has put them, if they can.
-
-A free body that no contact has touched has flown exactly. Engines turn a body once a step, and leave one that turns by
-0.6 rad some 1e-3 of its size beside that. If it is inside another body there, the next step would give it the energy of
-an overlap that no motion has made. Such a body ends the step where its exact flight takes it.
+"""Trees that no contact has touched in a step: they end it where the engine's own step has put them, if they can.
 
 A tree that has passed by all shapes need not be integrated by the world. The gap of each near pair is known at both
 ends of the step, and so is its closing speed. If a gap closes at first and opens later, it is at least as wide as where
@@ -17,12 +13,10 @@ pass by each other.
 from math import sqrt
 
 from contactlaw.jit import jit_module
-from contactlaw.world.bodies.motion import closing_at, is_static, set_axes
+from contactlaw.world.bodies.motion import closing_at, is_static
 from contactlaw.world.data.access import body_at, guard_at, near_at, shape_at, tree_at, world_at
 from contactlaw.world.data.kinds import BOX
-from contactlaw.world.data.quaternion import store4
 from contactlaw.world.data.records import ASKED, BOUNDED, DENIED, MEASURED, PASSES
-from contactlaw.world.data.saved import restore_body, save_body
 from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, store, sub, to_body, to_world
 from contactlaw.world.near import guards
 from contactlaw.world.near.relative import motion_against
@@ -31,14 +25,13 @@ from contactlaw.world.shapes.geometry import meet_near
 MAX_PASSING_TURN = 1.0  # [rad] by which a body may turn against another in a step for its path to count as known
 CUBIC = sqrt(3.0) / 216.0  # of h^3 f''', by which f leaves its chord over h where it closes equally fast at both ends
 DIP_SHARE = 0.125  # of step times change of closing speed, by which a gap may dip: as a parabola below its chord
-FOLLOWS = 2  # value of `BODY.done`: where the engine has the body
 
 
 def find_passing(world):
     """Find which of the trees that are ASKED pass by everything; their bodies are at the end of the step.
 
     world: address of the `records.WORLD`. Near pairs must have their gaps and closing speeds at the start of the step,
-    see `step.find_pressed`.
+    see `pressed.find_pressed`.
     Sets `denied` if any does not.
     """
     w = world_at(world, 0)
@@ -169,52 +162,6 @@ def stayed_separated(w, g):
     change += a.reach * (norm(cross(n, sub(twist, load(g.twist)))) + turn * norm(cross(n, twist)))
     speed = max(norm(slide), norm(load(g.slide))) + a.reach * rate
     return min(g.separation, low - high) > h * (DIP_SHARE * change + CUBIC * turn * turn * speed)
-
-
-def may_follow(b):
-    """Return whether a body is free and awake, and nothing has touched it in this step."""
-    return b.tree == 0 and b.inverse_mass != 0.0 and b.touched == 0 and b.asleep == 0 and b.done == 0
-
-
-def follow(w, i, position, turn):
-    """Put body i where the engine's step has taken it: position [m] of its centre of mass, quaternion of its axes."""
-    save_body(w, i)
-    b = body_at(w.bodies, i)
-    store(b.position, position)
-    store4(b.quaternion, turn)
-    set_axes(b)
-    b.done = FOLLOWS
-
-
-def part(w):
-    """Put bodies that `follow` has put into others back to where they fly in the world, and mark them as touched."""
-    found = True
-    while found:
-        found = False
-        for k in range(w.nears):
-            p = near_at(w.near, k)
-            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            if (a.done == FOLLOWS or b.done == FOLLOWS) and meet_near(w, p, a, b)[0] > 0.0:
-                found = True
-                put_back(w, p.body_a)
-                put_back(w, p.body_b)
-
-
-def put_back(w, i):
-    """Put body i back if it follows the engine."""
-    if body_at(w.bodies, i).done == FOLLOWS:
-        restore_body(w, i)
-        body_at(w.bodies, i).touched = 1
-
-
-def overlaps(w, first, count):
-    """Return whether any of `count` bodies from a number on overlaps what it is near."""
-    for k in range(w.nears):
-        p = near_at(w.near, k)
-        own = first <= p.body_a < first + count or first <= p.body_b < first + count
-        if own and meet_near(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))[0] > 0.0:
-            return True
-    return False
 
 
 jit_module(__name__)
