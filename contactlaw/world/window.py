@@ -34,7 +34,7 @@ from contactlaw.world.shapes.geometry import meet_near
 DELTA_V_MARGIN = 1.5  # margin on the change of velocity by impacts, over that of an elastic impact of free bodies
 CROWD_WINDOW = 24.0  # durations of the shortest impact in a window where more than `WORLD.crowd` contacts persist
 EARLY = 0.1  # durations of the impact: a window may begin so long before a touch; the first substep begins at that
-GROWTH = 1.1  # a bound on a change of velocity that has grown by a smaller factor is not passed on
+NOTABLE = 1.1  # a bound on a change of velocity that has grown by a smaller factor is not passed on
 FAR = 40.0  # margins: a body that can travel so far in a window reaches every near body, as these are within four
 
 
@@ -243,7 +243,7 @@ def bound_delta_v(a, b, speed, enough):
     near; without this limit the bounds of trees could grow for ever. speed: as for `gain_bounds`.
     """
     for_a, for_b = gain_bounds(a, b, speed)
-    more = (for_a > GROWTH * a.delta_v and a.delta_v < enough) or (for_b > GROWTH * b.delta_v and b.delta_v < enough)
+    more = (for_a > NOTABLE * a.delta_v and a.delta_v < enough) or (for_b > NOTABLE * b.delta_v and b.delta_v < enough)
     for one, value in ((a, for_a), (b, for_b)):
         if value > one.delta_v:
             one.delta_v = value

@@ -216,19 +216,25 @@ def guess_velocities(w, bodies, pairs, stage):
                     impulse, own = scale(sign, load(c.force)), eq.velocity[b.unknown :]
                     store(own, axpy(b.inverse_mass, impulse, load(own)))
                     store(own[3:], add(load(own[3:]), spin_change(b, axpy(-sign, moment, cross(arm, impulse)))))
-    crowd = w.unknowns > MANY
-    for i in range(bodies if crowd else 0):
+    if w.unknowns <= MANY or guess_is_near(w, bodies, pairs, stage):
+        return True
+    for i in range(w.unknowns):
+        eq.velocity[i] = 0.0
+    return False
+
+
+def guess_is_near(w, bodies, pairs, stage):
+    """Return whether no contact closes or parts by more than a share of its overlap at the guessed velocities."""
+    for i in range(bodies):
         place_body(w, whole_at(w.island_bodies, i), stage, stage)
-    for i in range(pairs if crowd else 0):
+    near = True
+    for i in range(pairs):
         slot = row_at(w.rows, i).slot
         if slot >= 0:
             c = contact_at(w.contacts, slot)
             closing = closing_speed(c, body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b))
-            if stage * abs(closing) > GUESSED * c.touch.overlap:
-                for j in range(w.unknowns):
-                    eq.velocity[j] = 0.0
-                return False
-    return True
+            near = near and stage * abs(closing) <= GUESSED * c.touch.overlap
+    return near
 
 
 def solve(w, bodies, pairs, span, previous, slides):
