@@ -134,8 +134,14 @@ def run_trees(head, stage):
 def end_near(head, w):
     """Let what nothing has touched end the step where the engine has it: free bodies if they touch nothing there.
 
-    Trees that may have touched something end where the world has them.
+    Trees that may have touched something end where the world has them, and so does what the engine's step has pushed by
+    contacts that are no more: the user has moved a body away from them.
     """
+    for i in range(head.free_count if head.idle == 0 else 0):
+        f = free_at(head.frees, i)
+        for k in range(6):
+            if doubles_at(head.given)[f.v + k] != 0.0:
+                body_at(w.bodies, f.body).touched = 1
     for k in range(w.nears):
         p = near_at(w.near, k)
         for i in (p.body_a, p.body_b):

@@ -122,6 +122,16 @@ def find_tree(head, j, t):
             forget_motion_of(body_at(t.bodies, i))
         set_bodies(head, j, t, places_in(head, head.start))
     t.passes, j.there = (DENIED, SLEEPS) if asleep else (ASKED, ASKED)
+    if is_pushed(head, j, t):
+        t.passes = DENIED
+
+
+def is_pushed(head, j, t):
+    """Return whether the engine's step has moved a tree by the push of contacts."""
+    pushed = False
+    for k in range(t.v_size):
+        pushed = pushed or doubles_at(head.given)[whole_at(head.places, j.v + k)] != 0.0
+    return pushed
 
 
 def report_towed(head, w, j, t):
@@ -214,8 +224,8 @@ def is_pressed(t):
 
 
 def write_tree(head, j, t):
-    """Write a tree to mjData if a contact has touched it, a limit is active or it sleeps."""
-    n, touched, asleep = t.v_size, False, body_at(t.bodies, 0).asleep != 0
+    """Write a tree to mjData if a contact has touched or pushed it, a limit is active or it sleeps."""
+    n, touched, asleep = t.v_size, is_pushed(head, j, t), body_at(t.bodies, 0).asleep != 0
     for i in range(t.count):
         touched = touched or body_at(t.bodies, i).touched != 0
     for k in range(n):
