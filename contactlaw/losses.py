@@ -177,9 +177,11 @@ class Table(OverSpeed):
         for name in ("speeds", "measured"):
             value = np.atleast_1d(checks.finite_array(name, getattr(self, name)))
             object.__setattr__(self, name, tuple(value.ravel().tolist()))
-        if len(self.speeds) != len(self.measured) or min(self.speeds) <= 0.0 or (np.diff(self.speeds) <= 0.0).any():
+        alike = 0 < len(self.speeds) == len(self.measured)
+        if not alike or min(self.speeds) <= 0.0 or (np.diff(self.speeds) <= 0.0).any():
             raise ValueError(
-                f"speeds = {self.speeds!r}: must be > 0, rise, and be as many as measured, {len(self.measured)}"
+                f"speeds = {self.speeds!r}: must be one or more, > 0, rise, and be as many as measured, "
+                f"{len(self.measured)}"
             )
 
     def values(self, speed: Array) -> Array:

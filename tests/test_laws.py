@@ -270,8 +270,27 @@ def test_a_law_that_does_not_compile_is_named() -> None:
         def force(contact, law, memory, du, dv, dt):
             return contact.frocce * du, 0.0
 
-    with pytest.raises(TypeError, match=r"Misspelt\.force: numba cannot compile it: KeyError: 'frocce'"):
+    with pytest.raises(TypeError, match=r"Misspelt\.force: numba cannot compile it: KeyError: 'frocce', no field of"):
         pair_with(Misspelt()).parameters()
+
+
+@pytest.mark.heavy
+def test_a_law_that_exceeds_coulombs_limit_is_refused() -> None:
+    """Nothing else keeps the limit: such a law left impacts of steel at psi_2 = 3.5."""
+
+    class Gluing(Law):
+        @staticmethod
+        def force(contact, law, memory, du, dv, dt):
+            memory[0, 0] += contact.g_star * du
+            return memory[0, 0], 0.0
+
+    with pytest.raises(ValueError, match=r"Gluing\.force: returns up to 1e\+06 mu P; must be at most mu P"):
+        pair_with(Gluing()).parameters()
+
+
+def test_a_field_that_is_no_number_is_named() -> None:
+    with pytest.raises(ValueError, match=r"factor = None: must be a finite number"):
+        OwnMindlin(None)  # type: ignore[arg-type]
 
 
 @pytest.mark.heavy

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import lru_cache
-from math import inf, isfinite
+from math import hypot, inf, isfinite
+from numbers import Real
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -68,7 +69,7 @@ class Law:
         checks.count(f"{type(self).__name__}.memory", self.memory, 0, MOST_VECTORS)
         for field in fields(self):
             value = getattr(self, field.name)
-            if isinstance(value, str | bytes | tuple) or not isfinite(value):
+            if not (isinstance(value, Real) and isfinite(value)):
                 raise ValueError(f"{field.name} = {value!r}: must be a finite number")
 
     @staticmethod
@@ -136,25 +137,33 @@ KNOWN: dict[str, type[Law]] = {}
 def _addresses(given: tuple[Callable[..., Any], ...], numbers: np.dtype, memory: int) -> tuple[float, ...]:
     """Compile the functions of a law for its record and return their addresses.
 
-    A user's `force` is called once with checked indices: what it writes beyond its memory would end the process.
+    A user's `force` is called once with checked indices, as what it writes beyond its memory would end the process; it
+    then slides far, at mu P = 1.
 
     Raises:
         TypeError: One cannot be compiled.
         IndexError: `force` uses more vectors than the law has.
+        ValueError: `force` exceeds mu P.
     """
     functions = [getattr(function, "py_func", function) for function in given]
     if INTERPRETED:
         return tuple(float(address_of_python(function, numbers)) for function in functions)
-    addresses = []
+    addresses, slid = [], (0.0, 0.0)
     for one, signature in zip(functions, record.signatures(numba.from_dtype(numbers)), strict=True):
         try:
             ours = Path(one.__code__.co_filename).is_relative_to(PACKAGE)
             addresses.append(float(address_of(one, signature, ours=ours)))
             if not ours and not addresses[1:]:
                 checked = numba.njit(signature, boundscheck=True, error_model="numpy")(one)
-                checked(np.ones(1, record.CONTACT)[0], np.ones(1, numbers)[0], np.zeros((2, memory)), 1.0, 1.0, 1.0)
+                contact, law = np.ones(1, record.CONTACT)[0], np.ones(1, numbers)[0]
+                slid = checked(contact, law, np.zeros((2, memory)), 1e6, 1e6, 1.0)
         except IndexError as error:
             raise IndexError(f"{one.__qualname__}: memory = {memory}, of shape (2, {memory}): {error}") from error
         except Exception as error:  # numba's, of any kind, which may not tell the function
-            raise TypeError(f"{one.__qualname__}: numba cannot compile it: {type(error).__name__}: {error}") from error
+            names = ", ".join((numbers.names or ())[1:]) or "none"
+            hint = f", no field of contact, nor of law; those of law: {names}" if isinstance(error, KeyError) else ""
+            what = f"numba cannot compile it: {type(error).__name__}: {error}{hint}"
+            raise TypeError(f"{one.__qualname__}: {what}") from error
+    if 1.0 + 1e-9 < hypot(*slid) < inf:
+        raise ValueError(f"{given[0].__qualname__}: returns up to {hypot(*slid):.2g} mu P; must be at most mu P")
     return tuple(addresses)

@@ -1,7 +1,8 @@
 """Bodies, trees and contacts added to a world from Python; shapes: see `shapes.description`."""
 
 from collections.abc import Iterable
-from math import inf, isinf
+from math import inf
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -98,7 +99,7 @@ class Building(Shapes):
             quaternion: Of the body's axes, scalar first, shape (4,).
             spin: Angular velocity, world frame [rad/s], shape (3,).
         """
-        heavy = isinstance(mass, float) and isinf(mass) and mass > 0.0
+        heavy = isinstance(mass, Real) and mass == inf
         moments, frame = (np.full(3, inf), UNTURNED) if heavy else principal(inertia)
         isotropic = bool(heavy or np.ptp(moments) == 0.0)
         own = unit_quaternion("quaternion", quaternion)

@@ -172,7 +172,9 @@ def test_the_ledger_of_an_impact_balances() -> None:
 @pytest.mark.heavy
 def test_a_body_of_infinite_mass_goes_its_way() -> None:
     made = World(timestep=1e-3)
-    plate = made.add_plane(made.add_body(inf, 1.0, velocity=(0.0, 0.0, 1.0)), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    heavy = np.float32(inf)  # of any kind of float
+    moved = made.add_body(heavy, 1.0, velocity=(0.0, 0.0, 1.0))  # type: ignore[arg-type]
+    plate = made.add_plane(moved, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
     ball = made.add_sphere(made.add_body(mass_of(RADIUS), 1e-4, (0.0, 0.0, RADIUS + 1e-3)), RADIUS)
     made.add_contact(ball, plate, steel_pair(0.0))
     made.step(5)
