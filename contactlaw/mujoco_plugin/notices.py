@@ -40,8 +40,8 @@ TEXTS = DOUBTFUL | {
     TOWED: "body {:.0f} carries others by joints and moves with a mocap body: contacts do not know its velocity; give "
     "it a free joint, and weld it to the mocap body by an equality",
     FULL: "more contacts at once than the {:.0f} that there is room for: the others are ignored",
-    LEFT_OUT: "more pairs of near shapes than the {:.0f} that there is room for: it may pass through others, and others "
-    "through each other; shorten the step",
+    LEFT_OUT: "more pairs of near shapes than the {:.0f} that there is room for: it may pass through others, and "
+    "these through each other; shorten the step",
 }
 """Warnings by code; {} stands for the value of the report."""
 
