@@ -26,7 +26,7 @@ from contactlaw.world.data.access import contact_at, near_at, world_at
 from contactlaw.world.data.call import error_pending, raise_later
 from contactlaw.world.readout import DOUBTFUL, DOUBTS, PUT_IN, doubt_value, doubts_of
 
-FULL, DAMAGED, SWITCHED_OFF, UNSAVED, EDITED, TOWED, SLEEPS = (1 << bit for bit in range(len(DOUBTS), 11))
+FULL, LEFT_OUT, DAMAGED, SWITCHED_OFF, UNSAVED, EDITED, TOWED, SLEEPS = (1 << bit for bit in range(len(DOUBTS), 12))
 
 TEXTS = DOUBTFUL | {
     EDITED: "the model has been edited, and the law keeps the old values: ",
@@ -40,6 +40,8 @@ TEXTS = DOUBTFUL | {
     TOWED: "body {:.0f} carries others by joints and moves with a mocap body: contacts do not know its velocity; give "
     "it a free joint, and weld it to the mocap body by an equality",
     FULL: "more contacts at once than the {:.0f} that there is room for: the others are ignored",
+    LEFT_OUT: "more pairs of near shapes than the {:.0f} that there is room for: it may pass through others, and "
+    "these through each other; shorten the step",
 }
 """Warnings by code; {} stands for the value of the report."""
 
@@ -104,7 +106,9 @@ def report_contacts(head, w):
                     report_if_new(head, c.pair, bit, doubt_value(c, bit), a, b)
     if w.lost > 0:
         report_once(head, FULL, float(w.contact_room))
-        w.lost = 0
+    if w.left_out > 0:
+        report_if_new(head, 0, LEFT_OUT, float(w.near_room), whole_at(head.geoms, w.left_out - 1), -1)
+    w.lost, w.left_out = 0, 0
 
 
 def watched_ranges(view: layout.ModelView, bodies: Sequence[int], geoms: Sequence[int]) -> tuple[NDArray, NDArray]:

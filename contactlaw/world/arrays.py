@@ -1,5 +1,6 @@
 """The arrays of a world: created empty, and extended as bodies, shapes and contacts are added."""
 
+from math import comb
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,7 @@ LEAST = 64  # room for near pairs and contacts at the start
 # arrays of which a saved state has all, or as many rows as are in use, which `WORLD` says by these names
 MOVING = ("bodies", "shapes", "pairs", "trees", "joints", "near_bodies", "grid", "world")
 USED = {"near": "nears", "guards": "guard_count", "spare": "spares"}
-NEAR_PAIRS, NEAR_PAIRS_OF_PART = 40, 8  # room in the list of near pairs, for each round shape and each part of a hull
+NEAR_PAIRS = 40  # room in the list of near pairs for each round shape, if that is less than for all that can meet
 
 
 def empty() -> Arrays:
@@ -154,13 +155,15 @@ def with_room(one: Arrays, owners: Array) -> Arrays:
     """
     sorts, counts = np.unique(one.shapes[["kind", "group"]], return_counts=True)
     a, b = np.meshgrid(np.arange(sorts.size), np.arange(sorts.size), indexing="ij")
-    meet = (one.groups[sorts["group"][a], sorts["group"][b]] >= 0) & (sorts["kind"][a] <= sorts["kind"][b])
+    meet = np.array(kinds.MEETS)[sorts["kind"][a]] >> sorts["kind"][b] & 1 != 0
+    meet &= one.groups[sorts["group"][a], sorts["group"][b]] >= 0
     pairs = int((counts[a] * (counts[b] - (a == b)))[meet].sum())
     # the parts of a hull are unknown while an engine's model is compiled, and the room must be the same later
     parts = (one.shapes["kind"][owners] == kinds.HULL) & (one.shapes["kind"] != kinds.HULL)
     rooms = [kinds.NEIGHBOURS[kind] for kind in one.shapes["kind"][~parts].tolist() if kind in kinds.NEIGHBOURS]
     contacts = sum(rooms) if parts.any() else max(min(pairs, sum(rooms)), 1)
-    near = max(min(pairs, NEAR_PAIRS * len(rooms) + NEAR_PAIRS_OF_PART * int(parts.sum())), 1)
+    near = max(min(pairs, NEAR_PAIRS * (len(rooms) + int(parts.sum()))), 1)
+    guards = min(near, comb(len(np.unique(owners)), 2)) if one.shapes["predict"].any() else 1
     one.world["spares"] = contacts
 
     def room(kind: Any, *shape: int) -> Array:
@@ -168,7 +171,7 @@ def with_room(one: Arrays, owners: Array) -> Arrays:
 
     memory = room(np.float64, contacts, one.memory.shape[1])
     return one._replace(
-        near=room(NEAR, near), guards=room(GUARD, near if one.shapes["predict"].any() else 1),
+        near=room(NEAR, near), guards=room(GUARD, guards),
         island_pairs=room(np.int64, 2 * near), contacts=room(CONTACT, contacts), memory=memory,
         spare=np.arange(contacts)[::-1].copy(), rows=room(ROW, near), coasting=room(COASTING, contacts),
         saved_contacts=room(CONTACT, contacts), saved_memory=memory,
@@ -181,7 +184,7 @@ def with_more_room(one: Arrays) -> Arrays:
     spares = int(one.world["spares"][0])
     new = np.arange(2 * more - 1, more - 1, -1)
     one.world["spares"] += more
-    one.world["lost"] = 0
+    one.world["lost"] = one.world["left_out"] = 0
     one.world["stale"] = 1
     return one._replace(
         near=longer(one.near, one.near.size), guards=longer(one.guards, one.guards.size),

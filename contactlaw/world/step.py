@@ -105,7 +105,7 @@ def step_once(w, dt, task):
         return True
     begin(w, dt)
     full = 2 * w.nears > w.near_room or 2 * w.guard_count > w.guard_room or 2 * w.spares < w.contact_room
-    if task == GROWING_ROOM and (full or w.lost > 0):
+    if task == GROWING_ROOM and (full or w.lost + w.left_out > 0):
         w.stale = 1
         return False
     finish(w, dt)

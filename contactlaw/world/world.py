@@ -78,7 +78,7 @@ class World(Building):
         if self.arrays.world["deepest"][0] > self._told:
             self._told = inf
             warnings.warn(TOO_DEEP.format(self.arrays.world["deepest"][0]), ContactWarning, stacklevel=2)
-        if self.arrays.world["lost"][0] > 0:
+        if self.arrays.world["lost"][0] + self.arrays.world["left_out"][0] > 0:
             raise RuntimeError("a step lost contacts: too many shapes came near each other in it; make it shorter")
         finite = np.isfinite(self.arrays.bodies["position"]).all(1)
         if not finite.all():

@@ -1,5 +1,7 @@
 """Meshes and ellipsoids in both engines: they fall, come to rest where their shapes say, and gain nothing."""
 
+import warnings
+
 import numba
 import numpy as np
 import pytest
@@ -111,3 +113,40 @@ def test_pybullet_lets_a_mesh_fall_and_rest(client, timestep):
         assert lowest == pytest.approx(0.0, abs=1e-5)
         assert np.abs(axes).max() == pytest.approx(1.0, abs=1e-6)
         assert np.abs(p.getBaseVelocity(body, physicsClientId=client)).max() < 1e-6
+
+
+def wheels() -> str:
+    """A ball on a floor beside twelve spinning rocks: in the frame of one all parts of the others go round it fast."""
+    rng = np.random.default_rng(0)
+    points = rng.normal(size=(40, 3))
+    points *= 0.05 / np.linalg.norm(points, axis=1)[:, None]
+    rocks = "".join(
+        f'<body pos="{0.12 * x} {0.12 * y} .3"><joint axis="0 0 1"/><geom type="mesh" mesh="m" mass="1"/></body>'
+        for x, y in np.ndindex(4, 3)
+    )
+    return f"""<mujoco><option timestep=".002"/><asset><mesh name="m" vertex="{text(points)}"/></asset><worldbody>
+      <geom name="floor" type="plane" size="1 1 1"/>{rocks}
+      <body pos=".1 0 .05"><freejoint/><geom name="ball" size=".05" mass="1"/></body></worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize("room", [None, 1])
+def test_fast_parts_do_not_crowd_a_ball_out_of_the_list(room, monkeypatch):
+    """Room follows from what can meet; where it falls short, a warning says what is left out."""
+    mujoco = pytest.importorskip("mujoco")
+    if numba.config.DISABLE_JIT:
+        pytest.skip("the MuJoCo plugin needs compiled callbacks")
+    from contactlaw.mujoco_plugin import load_model
+    from contactlaw.world import arrays
+
+    if room is not None:
+        monkeypatch.setattr(arrays, "NEAR_PAIRS", room)
+    model = load_model(wheels(), [("*", "*", PAIR)])
+    data = mujoco.MjData(model)
+    data.qvel[:12] = np.resize([-300.0, 300.0], 12)
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        mujoco.mj_step(model, data, 25)
+    assert [str(one.message) for one in said if "pairs of near shapes" not in str(one.message)] == []
+    assert len(said) == (0 if room is None else 1)
+    if room is None:
+        assert data.qpos[14] == pytest.approx(0.05, abs=1e-5)

@@ -380,7 +380,8 @@ WORLD = record(
     denied="i8",  # 1: a tree that was asked does not pass by everything, see `near.passing`
     deepest="f8",  # greatest overlap over the contact's radius since the start
     late="i8", latest="f8",  # contacts that were found overlapping when they closed, and the greatest such overlap [m]
-    twists="i8", lost="i8",  # TWIST_LATER, TWIST_NOW or TWIST_ALWAYS; contacts and pairs for which there was no room
+    twists="i8", lost="i8",  # TWIST_LATER, TWIST_NOW or TWIST_ALWAYS; contacts for which there was no room
+    left_out="i8",  # 1 + a shape of a near pair for which there was no room; 0: none
     lost_body="i8", lost_speed="f8",  # the first lost in this step, 0: none, see `island.integrate`; its speed [m/s]
     demand="u8",  # address of `demand.TABLE`
 )  # fmt: skip

@@ -51,7 +51,7 @@ def new_guard(w, i, j, time):
     Returns -1 if there is no room. The guard's body A has a finite mass; if both have, it is the one of smaller reach.
     """
     if w.guard_count == w.guard_room:
-        w.lost += 1
+        w.left_out = 1 + i
         return -1
     k = w.guard_count
     w.guard_count += 1

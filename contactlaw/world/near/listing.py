@@ -47,7 +47,7 @@ def list_near(w):
 
     The margins are for several steps, or for one step if the arrays are too small for that many near pairs.
     """
-    lost, wholes, ends, cores = w.lost, 0, 0, 0  # cores: by how many they outnumber round shapes
+    wholes, ends, cores = 0, 0, 0  # cores: by how many they outnumber round shapes
     for i in range(w.shape_count):
         s = shape_at(w.shapes, i)
         wholes += 0 if is_part(s) else 1
@@ -58,11 +58,13 @@ def list_near(w):
     lasts = PARTS_MARGIN_STEPS if have_parts else MARGIN_STEPS * max(sqrt(wholes) / w.body_count, 1.0)
     lasts = min(lasts, BRIEF_STEPS) if w.brief != 0 else lasts
     few = wholes - ends <= FEW
+    left_out, w.left_out = w.left_out, 0
     link_contacts(w)
     list_within(w, lasts if w.body_count <= MANY_BODIES else 1.0, few)
-    if w.lost > lost:
-        w.lost = lost
+    if w.left_out > 0:
+        w.left_out = 0
         list_within(w, 1.0, few)
+    w.left_out = max(w.left_out, left_out)
     complete_list(w)
     w.lists += 1
     w.stale = 0
@@ -73,7 +75,7 @@ def list_parts_anew(w):
 
     Bodies that turn against each other leave the limits of their guards in most steps, but hardly ever their margins.
     """
-    lost, kept = w.lost, 0
+    left_out, w.left_out, kept = w.left_out, 0, 0
     link_contacts(w)
     for k in range(w.nears):
         p = near_at(w.near, k)
@@ -87,8 +89,8 @@ def list_parts_anew(w):
         if g.limit == EXCEEDED:
             n, low, high = separate(w, g, ZERO)
             list_by_parts(w, k, n, low, high)
-    if w.lost > lost:  # margins for several steps take too much room
-        w.lost = lost
+    full, w.left_out = w.left_out > 0, left_out
+    if full:  # margins for several steps take too much room
         list_near(w)
     else:
         complete_list(w)

@@ -224,7 +224,7 @@ def list_parts(w, shapes, n, top, listing):
 def add_near(w, i, j, guard, gap):
     """Add two shapes to the near list. guard: number of theirs, -1: none; gap: lower bound on theirs [m]."""
     if w.nears == w.near_room:
-        w.lost += 1
+        w.left_out = 1 + i
         return
     p = near_at(w.near, w.nears)
     p.a, p.b, p.guard, p.listed_gap = i, j, guard, gap
