@@ -157,3 +157,25 @@ def test_a_hinged_arm_that_falls_on_the_floor_stays_down(restitution, integrator
                 angles.append(data.qpos[0])
             assert min(angles) >= 1.002 * start and max(angles) < 1e-3
             assert restitution > 0.5 or abs(angles[-1]) < 1e-3
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "RK4"])
+@pytest.mark.parametrize("joint", ["<freejoint/>", '<joint axis="0 1 0" pos="-.25 0 0"/>'])
+@pytest.mark.parametrize("moved", ["support", "body"])
+def test_what_is_placed_away_from_its_support_falls_from_the_first_step(integrator, joint, moved):
+    """The push of a contact that is no more stayed in the engine's step: it hung for one step."""
+    xml = f"""<mujoco><option integrator="{integrator}"/><worldbody><geom type="plane" size="1 1 .1"/>
+    <body pos="0 0 .05"><freejoint/><geom type="box" size=".05 .05 .05"/></body>
+    <body pos="0 0 .12">{joint}<geom type="capsule" fromto="-.2 0 0 .2 0 0" size=".02"/></body></worldbody></mujoco>"""
+    native, model = mujoco.MjModel.from_xml_string(xml), load_model(xml, [("*", "*", steel_pair())])
+    native.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    data, alone = mujoco.MjData(model), mujoco.MjData(native)
+    mujoco.mj_step(model, data, 200)
+    free = model.nv == 12
+    coordinate, change = (1, 0.5) if moved == "support" else (9, 0.2) if free else (7, -0.3)
+    data.qpos[coordinate] += change
+    alone.qpos[:], alone.qvel[:] = data.qpos, data.qvel
+    for _ in range(3):
+        mujoco.mj_step(model, data)
+        mujoco.mj_step(native, alone)
+        assert data.qvel[6:] == pytest.approx(alone.qvel[6:], rel=1e-5, abs=1e-6)
