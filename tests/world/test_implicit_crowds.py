@@ -11,7 +11,7 @@ def test_a_heap_of_glass_takes_implicit_steps_while_it_vibrates() -> None:
     world = heap.poured(Settings(NONE, timestep=2e-3), 64, o=SimpleNamespace(**(vars(heap.DEFAULT) | made)))
     world.start()
     first = last = world.world.energy.total
-    for _ in range(100):
+    for _ in range(150):
         world.step(1)
         assert world.world.energy.total < last + 1e-6 * first
         last = world.world.energy.total

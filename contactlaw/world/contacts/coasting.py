@@ -60,10 +60,13 @@ def start_coasting(w, pairs, coasting, h):
 
 
 def has_model(w, p):
-    """Return whether a closed contact can coast: it is persistent, without rolling resistance, between round bodies."""
+    """Return whether a closed contact can coast: it is persistent, without rolling resistance, between round bodies.
+
+    Its law must know what it moved while it coasted before: a start in between would lose that.
+    """
     c, law = contact_at(w.contacts, p.slot), law_of(w, pair_at(w.pairs, p.pair))
     t = c.touch
-    if t.state == SPUN or t.course != LASTING or t.overlap <= 0.0:
+    if t.state == SPUN or t.course != LASTING or t.overlap <= 0.0 or c.coasted_from > 0.0:
         return False
     plain = law.sectors != 0.0 and law.rolling == 0.0 and t.skew == 0.0
     return plain and is_round(body_at(w.bodies, p.body_a)) and is_round(body_at(w.bodies, p.body_b))
