@@ -284,18 +284,20 @@ def finish_step(block):
         return rows.PUSHED_OTHERWISE
     if not (ready(w, STEP) and call_step(address(w, STEP), w, head.dt, GROWING_ROOM)):
         return rows.NO_ROOM
-    keep_tumbling(head, w)
+    keep_own(head, w)
     end_near(head, w)
     done = write_bodies(head, w)
     return done if done > 0 or not is_at_rest(w) else rows.ASLEEP
 
 
-def keep_tumbling(head, w):
-    """Mark bodies in free flight that Bullet would turn wrong as touched, so that they end it as in the world."""
+def keep_own(head, w):
+    """Mark bodies that end the step as in the world as touched: those that Bullet would turn wrong in free flight, and
+    those that it has pushed by contacts that may be no more.
+    """
     for k in range(head.singles):
         r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
-        free = r.mass > 0.0 and r.disturbed == 0 and b.asleep == 0
-        if free and rows.tumbles(b, head.dt):
+        tumbles = r.disturbed == 0 and rows.tumbles(b, head.dt)
+        if r.mass > 0.0 and b.asleep == 0 and (tumbles or r.pressed != 0):
             b.touched = 1
 
 

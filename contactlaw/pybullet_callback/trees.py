@@ -364,6 +364,8 @@ def find_end(block, world, dt):
     for i in range(t.count):
         b = body_at(t.bodies, i)
         touched = touched or b.asleep != 0 or b.touched != 0
+    for k in range(t.v_size):
+        touched = touched or push[k] != 0.0  # Bullet's step has it, though the contact may be no more
     clear(push)
     if not touched:
         put(t, own.after_q, own.after_v)
