@@ -80,6 +80,7 @@ def test_linear_spring_meets_hertz_in_duration() -> None:
     assert normal[2] == pytest.approx(0.8 * (np.pi / 2.94328) ** 2 * float(hertz(pair, DEEP)), rel=1e-5)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("law", LAWS)
 @given(data=st.lists(st.tuples(OVERLAP_SHARE, SHARE, SHARE), min_size=2, max_size=6), line=st.booleans())
 @settings(max_examples=25)

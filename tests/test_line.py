@@ -77,6 +77,7 @@ def test_force_and_energy_are_those_of_springs_one_by_one(seed: int) -> None:
     assert line.stored(stack, top, s) == pytest.approx(width * (deflection**2).sum(), abs=1e-3)
 
 
+@pytest.mark.heavy
 def test_nodes_converge_to_all_springs() -> None:
     """The nodes' error falls with the square of their number, along the paths of a smooth load."""
     part = np.linspace(0.0, 1.0, 2001)
@@ -167,6 +168,7 @@ def test_state_keeps_to_its_bounds(points: list[tuple[float, float]]) -> None:
         assert abs(line.spring_sum(stack, top, s)) <= 2.0 / 3.0 * overlap**1.5 * (1.0 + 1e-12)
 
 
+@pytest.mark.heavy
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=40)
 def test_what_is_put_in_is_stored_or_lost(seed: int) -> None:
@@ -188,6 +190,7 @@ def test_what_is_put_in_is_stored_or_lost(seed: int) -> None:
     assert np.diff(lost).min() > -1e-5 * 2.0 / 3.0
 
 
+@pytest.mark.heavy
 def test_motion_in_the_plane_on_a_line_is_motion_on_a_line() -> None:
     rng = np.random.default_rng(2)
     overlap, place = rng.uniform(-0.1, 1.0, 30), rng.normal(size=30)

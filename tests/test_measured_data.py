@@ -99,6 +99,7 @@ def curves():
     return (recoil["x_incident"], recoil["y_recoil"]), (spin["x_incident"], spin["y_spin"])
 
 
+@pytest.mark.heavy
 def test_recoil_and_spin_tell_of_the_same_impacts():
     # v_out = x + 1.4 y_spin without any law; both were read from one paper's figures to some 0.03 in v_out and y_spin.
     found = finite_elements.disagreement(*curves(), KAPPA, CHI)
@@ -161,6 +162,7 @@ def test_the_slope_ends_where_it_says():
     assert fitted == pytest.approx(slope, abs=2e-3)  # one point of 400 more or less
 
 
+@pytest.mark.heavy
 def test_law_and_reference_read_the_same_constants():
     greatest, slope = rebound_constants.both_readings(1.5, 0.97, 12, 12)
     assert slope["microslip"] == pytest.approx(slope[REFERENCE], abs=1e-3)  # both within some 1e-3 of psi_2

@@ -29,6 +29,7 @@ def test_gross_slip_and_the_first_instant_are_those_of_the_elastic_law(e: float)
     np.testing.assert_allclose(rebound(psi, 1.4, LOSSY, e), psi - 2.8 * (1.0 + e), atol=1e-12)
 
 
+@pytest.mark.heavy
 def test_how_far_they_move_the_rebound() -> None:
     """rms 0.03, 0.06, 0.12, 0.26 from another computation, over incidences and chi it does not say: within a fifth."""
     for e, far in ((0.97, 0.03), (0.93, 0.06), (0.86, 0.12), (0.5, 0.26)):
@@ -37,6 +38,7 @@ def test_how_far_they_move_the_rebound() -> None:
         assert np.sqrt(np.mean(moved**2)) == pytest.approx(far, rel=0.2)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("e", [0.9, 0.5])
 def test_steps_of_an_impact(e: float) -> None:
     psi = np.array([0.2, 0.8, 1.6, 2.5, 3.5])

@@ -154,6 +154,7 @@ def test_nearest_point_of_the_limit_curve() -> None:
         assert not nearest(f - 0.01 * v, m - 0.01 * w)[2]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("heading", [0.0, 0.4])
 @pytest.mark.parametrize("way", ["sectors", "microslip", "mindlin", "coulomb"])
 @pytest.mark.parametrize("k", [0.1, 0.5, 1.0, 3.0])
@@ -182,6 +183,7 @@ MOVES = st.lists(
 )
 
 
+@pytest.mark.heavy
 @settings(max_examples=60, deadline=None)
 @given(MOVES)
 def test_no_history_makes_energy(moves) -> None:
@@ -201,6 +203,7 @@ def test_no_history_makes_energy(moves) -> None:
             assert abs(contact.touch.f) <= contact.full * (1.0 + 1e-9)
 
 
+@pytest.mark.heavy
 @settings(max_examples=60, deadline=None)
 @given(MOVES)
 def test_sliding_and_spinning_take_energy(moves) -> None:
