@@ -61,6 +61,8 @@ class Model:
         self._mocaps: list[dict[str, Any]] = []
         self._add_bodies()
         given = [one for one in self._contacts if one.contact.rounding is not None]
+        # of each geom its pose in the principal axes of the body that carries it
+        self._poses = {geom: self._pose_of(geom) for geom in geoms}
         self._roundings = {geom: one.contact.rounding for one in given for geom in one.geoms}
         self._shapes = {geom: self._add_shape(geom) for geom in geoms}
         for instance in self._contacts:
@@ -141,7 +143,7 @@ class Model:
             "ranges": watch, "range_count": len(watch), "watched": values,
             "height_ranges": int(m.nhfielddata > 0), "sense": sensors.address() if senses else 0,
             "sensors": with_rows(np.zeros(0, SENSOR), listed), "sensor_count": len(listed),
-            "centres": np.array([self._pose_of(geom).inverse().place for geom in geoms]),
+            "centres": np.array([self._poses[geom].inverse().place for geom in geoms]),
             "loads": np.zeros(12 * m.nbody + 2 * nv + 6),
         } | (trees.addresses() if self._trees else {}))  # fmt: skip
 
@@ -281,7 +283,7 @@ class Model:
         """Add a geom to its body in the world; return the numbers of the shapes that it makes."""
         row, shape = self._rows[self._carriers[geom][0]], self._geom_shapes[geom]
         kind, (size, points) = "sphere" if shape.is_spherical else shape.type, self._size_of(geom)
-        return self._world.add_shape(kind, row, size, *self._pose_of(geom), self._roundings.get(geom), points)
+        return self._world.add_shape(kind, row, size, *self._poses[geom], self._roundings.get(geom), points)
 
     def _size_of(self, geom: int) -> tuple[Array, Array | None]:
         """Return the sizes [m] of a geom; heights [m] of a field, shape (rows, columns), or vertices of a mesh, (n, 3).

@@ -109,10 +109,9 @@ def principal(inertia: ArrayLike) -> tuple[Array, Array]:
         else:
             moments, axes = np.linalg.eigh(value)
             axes = axes * np.sign(np.linalg.det(axes))
-    if not (moments.min() > 0.0 and 2.0 * moments.max() <= moments.sum() * (1.0 + 1e-9)):
-        raise ValueError(
-            f"inertia: principal moments {np.sort(moments).tolist()}; must be > 0, none above the sum of the others"
-        )
-    if np.ptp(moments) <= ALIKE * moments.max():
-        moments = np.full(3, moments.mean())
+    least, _, greatest = ordered = sorted(moments.tolist())
+    if not (least > 0.0 and 2.0 * greatest <= sum(ordered) * (1.0 + 1e-9)):
+        raise ValueError(f"inertia: principal moments {ordered}; must be > 0, none above the sum of the others")
+    if greatest - least <= ALIKE * greatest:
+        moments = np.full(3, sum(ordered) / 3.0)
     return moments.copy(), UNTURNED if axes is None else quaternion_of(axes)
