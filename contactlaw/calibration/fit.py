@@ -17,7 +17,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy import ndimage, optimize, stats
-from scipy.interpolate import RectBivariateSpline
+from scipy.interpolate import BSpline, make_interp_spline
 
 from contactlaw.calibration.table import Array, Impacts, Mask
 from contactlaw.impact import rebound
@@ -48,18 +48,22 @@ class Curve:
         psi, chi = SHARES * sliding_from(kappas, mass_ratio, restitution), 0.5 * kappas * mass_ratio
         less, more = restitution - min(0.01, 0.5 * restitution), min(restitution + 0.01, 1.0)
         at, below, above = (rebound(psi, chi, LAW, e, steps=STEPS) for e in (restitution, less, more))
-        logs = np.log(kappas[:, 0])
-        self._at = RectBivariateSpline(logs, SHARES, at)
-        self._by_restitution = RectBivariateSpline(logs, SHARES, np.subtract(above, below) / (more - less))
+        values = np.stack([at, np.subtract(above, below) / (more - less)], axis=-1)
+        along = make_interp_spline(SHARES, values.swapaxes(0, 1))
+        self._knots, self._coefficients = along.t, make_interp_spline(np.log(kappas[:, 0]), along.c.swapaxes(0, 1))
 
     def __call__(self, psi: Array, kappa: Array) -> tuple[Array, Array, Array]:
-        """Return psi_2 and its derivatives by psi_1 and by e; psi >= 0 and kappa broadcast."""
+        """Return psi_2 and its derivatives by psi_1 and by e; psi >= 0, shape (..., n), and kappa, shape (..., 1)."""
         end, gross = sliding_from(kappa, self.mass_ratio, self.restitution), kappa * self.mass_ratio
-        where = np.log(kappa), np.minimum(psi / end, 1.0)
-        slides = psi >= end
-        value = np.where(slides, psi - gross * (1.0 + self.restitution), self._at.ev(*where))
-        slope = np.where(slides, 1.0, self._at.ev(*where, dy=1) / end)
-        return value, slope, np.where(slides, -gross, self._by_restitution.ev(*where))
+        share, slides = np.minimum(psi / end, 1.0), psi >= end
+        value, slope, by_e = (np.empty(share.shape) for _ in range(3))
+        for one in np.unique(kappa):  # few: at one of them a spline along the shares is left, sooner evaluated
+            here = kappa[..., 0] == one
+            along = BSpline.construct_fast(self._knots, self._coefficients(np.log(one)), 3)
+            both = along(share[here])
+            value[here], by_e[here], slope[here] = both[..., 0], both[..., 1], along(share[here], 1)[..., 0]
+        value = np.where(slides, psi - gross * (1.0 + self.restitution), value)
+        return value, np.where(slides, 1.0, slope / end), np.where(slides, -gross, by_e)
 
 
 curve = lru_cache(maxsize=32)(Curve)

@@ -149,7 +149,7 @@ def test_contact_velocities_of_rolling_and_backspin():
 
 
 @pytest.mark.slow
-@settings(max_examples=12)
+@settings(max_examples=6)
 @given(
     scale=st.floats(1e-3, 1e3),
     seed=st.integers(0, 5),
