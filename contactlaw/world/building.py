@@ -53,6 +53,7 @@ class Building(Shapes):
         self._rules: list[int] = []  # of two sets of shapes: their pair of materials; -1: they do not touch
         self._pairs: list[ContactPair] = []
         self._new_bodies: list[dict[str, Any]] = []
+        self._bound: Arrays | None = None  # those that the records have the addresses of
 
     def __setattr__(self, name: str, value: Any) -> None:
         """Refuse what would change nothing: a reading, gravity that bodies have already, a misspelt name."""
@@ -84,6 +85,13 @@ class Building(Shapes):
             self._arrays = self._arrays._replace(groups=self._groups())
             self._regroup = False
         return self._arrays
+
+    def _bound_arrays(self) -> Arrays:
+        """Return `arrays` for compiled code, with their addresses and sizes in the records."""
+        arrays = self.arrays
+        if arrays is not self._bound:
+            self._bound = arrays.bound()
+        return arrays
 
     def add_body(
         self, mass: float, inertia: ArrayLike, position: ArrayLike = ORIGIN, velocity: ArrayLike = ORIGIN,
@@ -135,9 +143,8 @@ class Building(Shapes):
 
     def place_tree(self, tree: int, q: ArrayLike, v: ArrayLike) -> None:
         """Set a tree's coordinates [m, rad], shape (q_size,), and velocities, shape (v_size,)."""
-        write_coordinates(
-            self.arrays.bound(), self._tree(tree), checks.finite_array("q", q), checks.finite_array("v", v)
-        )
+        own, rates = checks.finite_array("q", q), checks.finite_array("v", v)
+        write_coordinates(self._bound_arrays(), self._tree(tree), own, rates)
         self.arrays.world["stale"] = 1
 
     def tree(self, tree: int) -> tuple[Array, Array]:

@@ -39,8 +39,8 @@ def contacts(world: Arrays) -> Array:
     """Return the contacts that are closed or were in the last step, one row each."""
     rows = world.contacts[world.contacts["phase"] != FREE]
     out = np.zeros(rows.size, READOUT)
-    out["shapes"] = np.stack([rows["shape_a"], rows["shape_b"]], 1)
-    out["bodies"] = np.stack([rows["body_a"], rows["body_b"]], 1) - 1
+    for k, side in enumerate("ab"):
+        out["shapes"][:, k], out["bodies"][:, k] = rows[f"shape_{side}"], rows[f"body_{side}"] - 1
     out["closed"] = rows["phase"] == CLOSED
     out["overlap"] = np.maximum(rows["touch"]["overlap"], 0.0) * out["closed"]
     out["point"] = world.bodies["position"][rows["body_a"]] + rows["arm_a"]
@@ -61,7 +61,7 @@ def mean_impulses(bodies: Array, rows: Array, dt: float) -> Array:
 
 
 def energy(world: Arrays) -> Energy:
-    """Return the energy of a world; the potential one is zero at the origin."""
+    """Return the energy of a world whose arrays are bound; the potential one is zero at the origin."""
     pull = world.bodies["acceleration"].copy()
     for tree in world.trees:
         pull[tree["first"] : tree["first"] + tree["count"]] = tree["gravity"]
@@ -75,7 +75,7 @@ def energy(world: Arrays) -> Energy:
         armature = numbers(world, number, "axes").view(AXIS)["armature"]
         kinetic += 0.5 * armature @ numbers(world, number, "v") ** 2
     potential = -mass @ (b["position"] * pull).sum(1)
-    return Energy(float(kinetic), float(potential), float(_elastic(world.bound().world)))
+    return Energy(float(kinetic), float(potential), float(_elastic(world.world)))
 
 
 @jit

@@ -1,8 +1,9 @@
 """`World`: bodies, shapes and contacts from Python, without an engine."""
 
 import warnings
+from copy import deepcopy
 from math import inf
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -69,7 +70,7 @@ class World(Building):
         """
         left = checks.count("n", n, 0)
         while left > 0:
-            world = self.arrays.bound().world
+            world = self._bound_arrays().world
             made = step(world, self.timestep, left)
             world["time"] += made * self.timestep
             left = left - made if world["lost_body"][0] == 0 else 0
@@ -124,7 +125,7 @@ class World(Building):
     @property
     def energy(self) -> readout.Energy:
         """Kinetic, potential and elastic energy [J]."""
-        return readout.energy(self.arrays)
+        return readout.energy(self._bound_arrays())
 
     @property
     def momentum(self) -> tuple[Array, Array]:
@@ -168,6 +169,10 @@ class World(Building):
         self.__dict__.update(state)
         numbers = [pair.parameters(radius=1.0) for pair in self._pairs]
         self._arrays = with_own_code(self._arrays, np.concatenate([*numbers, np.zeros(0)]))
+
+    def __copy__(self) -> Self:
+        """Return a deep copy: worlds that share arrays would move each other's bodies."""
+        return deepcopy(self)
 
 
 def _reading(values: Array) -> Array:

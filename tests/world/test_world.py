@@ -8,6 +8,8 @@ import subprocess
 import sys
 import textwrap
 import warnings
+from collections.abc import Callable
+from copy import copy, deepcopy
 from math import inf
 
 import numpy as np
@@ -100,6 +102,22 @@ def test_a_state_from_a_file_goes_on_in_another_process() -> None:
     worlds[1].add_contact(0, 1, steel_pair())
     with pytest.raises(ValueError, match="bodies, shapes or contacts have been added since"):
         worlds[1].restore(saved)
+
+
+@pytest.mark.parametrize("copied", [copy, deepcopy])
+def test_a_copy_moves_by_itself(copied: Callable[[World], World]) -> None:
+    """Also when the world that it is of, and that has been moved after it, is gone."""
+    world, alike = rolling(0.2), rolling(0.2)
+    world.step(5)
+    other = copied(world)
+    before = other.position
+    world.step(20)
+    np.testing.assert_array_equal(other.position, before)
+    del world
+    other.step(20)
+    alike.step(25)
+    np.testing.assert_array_equal(other.position, alike.position)
+    assert other.energy == alike.energy
 
 
 def test_what_would_change_nothing_is_refused() -> None:
