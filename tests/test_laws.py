@@ -273,6 +273,15 @@ def test_a_law_that_does_not_compile_is_named() -> None:
     with pytest.raises(TypeError, match=r"Misspelt\.force: numba cannot compile it: KeyError: 'frocce', no field of"):
         pair_with(Misspelt()).parameters()
 
+    class Short(Law):
+        @staticmethod
+        def force(contact, law, memory, du, dv):  # type: ignore[override]
+            return 0.0, 0.0
+
+    form = r"take \(contact, law, memory, du, dv, dt\), and return two numbers"
+    with pytest.raises(TypeError, match=rf"Short\.force: .*takes 5 arguments.*; must be a static method, {form}"):
+        pair_with(Short()).parameters()
+
 
 @pytest.mark.heavy
 def test_a_law_that_exceeds_coulombs_limit_is_refused() -> None:
@@ -314,11 +323,16 @@ def test_a_law_without_a_force_or_with_no_whole_memory_is_refused() -> None:
     class Forceless(Law):
         pass
 
+    class Number(Law):
+        force = 5  # type: ignore[assignment]
+
     class Half(Law):
         memory = 2.5
         force = OwnMindlin.force
 
     with pytest.raises(TypeError, match=r"Forceless: has no force\(contact, law, memory, du, dv, dt\)"):
         Forceless()
+    with pytest.raises(TypeError, match=r"Number: has no force\("):
+        Number()
     with pytest.raises(ValueError, match=r"Half\.memory = 2\.5: must be an integer"):
         Half()

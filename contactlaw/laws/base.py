@@ -24,6 +24,10 @@ Array = NDArray[np.float64]
 Impacts = Callable[[Array, Array, Array], object]
 
 MOST_VECTORS = 512  # that a law remembers
+FORMS = (  # of a law's force, stiffness and energy
+    "contact, law, memory, du, dv, dt), and return two numbers", "contact, law), and return a number",
+    "contact, law, memory), and return a number",
+)  # fmt: skip
 PACKAGE = Path(__file__).parents[1]  # folder of the sources that key the cache
 
 
@@ -36,9 +40,9 @@ class Law:
     `force(contact, law, memory, du, dv, dt)`, Python that numba can compile, returns the force along both tangents [N],
     at most mu P, by `return carried(contact, f, g)`. contact is `record.CONTACT`; law has the fields by name;
     memory[0, i] and memory[1, i] are the components of vector i along the two tangents, zero at the touch; du, dv are
-    the displacement of A relative to B over the step [m]; dt is the step [s], or 0 on a quasi-static path. Where the
-    defaults, those of Mindlin's spring, do not fit: `stiffness(contact, law)`, stuck [N/m] (infinite: rigid), and
-    `energy(contact, law, memory)` [J].
+    the displacement of A relative to B over the step [m]; dt is the step [s], or 0 on a quasi-static path and in an
+    implicit step. Where the defaults, those of Mindlin's spring, do not fit: `stiffness(contact, law)`, stuck [N/m]
+    (infinite: rigid; 0: by rates alone), and `energy(contact, law, memory)` [J].
 
     Attributes:
         name: Name by which users select the law, once its file has been imported.
@@ -64,7 +68,7 @@ class Law:
             KNOWN[cls.name] = cls
 
     def __post_init__(self) -> None:
-        if not hasattr(self, "force"):
+        if not callable(getattr(self, "force", None)):
             raise TypeError(f"{type(self).__name__}: has no force(contact, law, memory, du, dv, dt)")
         checks.count(f"{type(self).__name__}.memory", self.memory, 0, MOST_VECTORS)
         for field in fields(self):
@@ -149,7 +153,7 @@ def _addresses(given: tuple[Callable[..., Any], ...], numbers: np.dtype, memory:
     if INTERPRETED:
         return tuple(float(address_of_python(function, numbers)) for function in functions)
     addresses, slid = [], (0.0, 0.0)
-    for one, signature in zip(functions, record.signatures(numba.from_dtype(numbers)), strict=True):
+    for one, signature, form in zip(functions, record.signatures(numba.from_dtype(numbers)), FORMS, strict=True):
         try:
             ours = Path(one.__code__.co_filename).is_relative_to(PACKAGE)
             addresses.append(float(address_of(one, signature, ours=ours)))
@@ -161,7 +165,8 @@ def _addresses(given: tuple[Callable[..., Any], ...], numbers: np.dtype, memory:
             raise IndexError(f"{one.__qualname__}: memory = {memory}, of shape (2, {memory}): {error}") from error
         except Exception as error:  # numba's, of any kind, which may not tell the function
             names = ", ".join((numbers.names or ())[1:]) or "none"
-            hint = f", no field of contact, nor of law; those of law: {names}" if isinstance(error, KeyError) else ""
+            hint = f"; must be a static method, take ({form}"
+            hint = f", no field of contact, nor of law; those of law: {names}" if isinstance(error, KeyError) else hint
             what = f"numba cannot compile it: {type(error).__name__}: {error}{hint}"
             raise TypeError(f"{one.__qualname__}: {what}") from error
     if 1.0 + 1e-9 < hypot(*slid) < inf:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from math import atan, cos, pi, sin
+from dataclasses import dataclass
+from math import atan, cos, exp, pi, sin
 
 import numpy as np
 import pytest
 
-from contactlaw import MATERIALS, Body, ContactPair, collide
+from contactlaw import MATERIALS, Body, ContactPair, Law, collide
 from contactlaw.jit import jit
 from contactlaw.laws import rolling
 from contactlaw.laws.record import CONTACT
+from contactlaw.laws.slip import carried, held
 from contactlaw.losses import FallingFriction, Viscoelastic
 from contactlaw.world import World
 from sims.contact_point import static_overlap
@@ -148,6 +150,51 @@ def test_a_touch_reads_restitution_and_friction(speed: float) -> None:
     impact = collide(pair, Body(MASS, RADIUS, velocity=(slide, 0.0, -speed)))
     assert world.velocity[0, 2] / speed == pytest.approx(e(speed), abs=2e-4)
     np.testing.assert_allclose(world.velocity[0], impact.velocity_a, atol=1e-3 * mu(slide) * speed)
+
+
+@dataclass(frozen=True)
+class ViscousFriction(Law):
+    """A law by rates alone: F = eta v, at most mu P."""
+
+    name = "viscous_friction"
+    source = "a film of oil"
+    memory = 0
+    eta: float = 0.01  # [N s/m]
+
+    @staticmethod
+    def force(contact, law, memory, du, dv, dt):
+        """eta times the speed of sliding."""
+        if dt <= 0.0:
+            return 0.0, 0.0
+        f, g = law.eta * du / dt, law.eta * dv / dt
+        share = held(contact, f, g)
+        return carried(contact, share * f, share * g)
+
+    @staticmethod
+    def stiffness(contact, law):
+        """It has no spring."""
+        return 0.0
+
+    @staticmethod
+    def energy(contact, law, memory):
+        """Nor anything stored."""
+        return 0.0
+
+
+@pytest.mark.parametrize("timestep", [1e-4, 2e-3])
+def test_a_persistent_contact_has_the_friction_of_a_law_by_rates_alone(timestep: float) -> None:
+    """M v' = M g sin - eta u, I w' = eta u R, u = v - w R: u goes to M g sin/(3.5 eta)."""
+    angle, time, law = atan(0.2), 0.3, ViscousFriction()
+    world = World(gravity=(GRAVITY * sin(angle), 0.0, -GRAVITY * cos(angle)), timestep=timestep)
+    floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    sphere = world.add_sphere(world.add_body(MASS, INERTIA, (0.0, 0.0, RADIUS)), RADIUS)
+    world.add_contact(sphere, floor, ContactPair("steel", "steel", 0.3, 0.5, law=law))
+    world.step(round(time / timestep))
+    lag = MASS / (3.5 * law.eta)
+    slid = GRAVITY * sin(angle) * lag * (time - lag * (1.0 - exp(-time / lag)))
+    spin = law.eta * RADIUS / INERTIA * slid
+    assert world.spin[0, 1] == pytest.approx(spin, rel=1e-3)
+    assert world.velocity[0, 0] == pytest.approx(GRAVITY * sin(angle) * time - law.eta / MASS * slid, rel=1e-3)
 
 
 def test_shear_loss_is_that_of_rebound() -> None:

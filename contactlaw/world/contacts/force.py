@@ -1,6 +1,6 @@
 """Forces of a contact by its law: the calls of laws, a dashpot for persistent contacts, slopes, stored energy."""
 
-from math import copysign, isfinite, sqrt
+from math import copysign, inf, sqrt
 
 from contactlaw.jit import jit_inline, jit_module
 from contactlaw.laws import rolling, speeds, torsion
@@ -64,7 +64,7 @@ def advance_contact(w, c, slot, moved, slide, dt, motion):
     else:
         ask(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, du, dv, dt)
     if damped:
-        add_dashpot(t, slide[0], slide[1])
+        add_dashpot(w, c, slide[0], slide[1])
     return pressed
 
 
@@ -152,10 +152,15 @@ def slips_fully(t):
     return t.f * t.f + t.g * t.g >= (FULL * t.friction * t.force) ** 2
 
 
-def has_rigid_friction(w, c):
-    """Return whether the law of a contact has friction without tangential springs."""
+def stuck_stiffness_of(w, c):
+    """Return the tangential stiffness [N/m] by the law of a contact that sticks everywhere."""
     pair = pair_at(w.pairs, c.pair)
-    return c.touch.friction > 0.0 and not isfinite(ask_stiffness(law_of(w, pair), c.touch, law_numbers(w, pair)))
+    return ask_stiffness(law_of(w, pair), c.touch, law_numbers(w, pair))
+
+
+def has_no_spring(w, c):
+    """Return whether the law of a contact has friction without tangential springs, rigid or by rates alone."""
+    return c.touch.friction > 0.0 and not 0.0 < stuck_stiffness_of(w, c) < inf
 
 
 @jit_inline
@@ -174,20 +179,22 @@ def is_slow(c, closing, share):
     return closing * closing * c.touch.mass < 0.1 * share * share * c.touch.force * c.touch.overlap
 
 
-def dashpot_of(t):
-    """Return the coefficient of the tangential dashpot [N s/m]."""
-    return 2.0 * DAMPING * sqrt(stuck_stiffness(t) * t.tangential_mass)
+def dashpot_of(t, stiffness):
+    """Return the coefficient of the tangential dashpot [N s/m] beside a spring of this stiffness [N/m]."""
+    return 2.0 * DAMPING * sqrt(stiffness * t.tangential_mass)
 
 
-def add_dashpot(t, u, v):
+def add_dashpot(w, c, u, v):
     """Add the force of the tangential dashpot, within the friction cone; u, v: slip velocity [m/s].
 
-    In a straight slide at the limit it changes nothing, and is not computed.
+    In a straight slide at the limit it changes nothing, and is not computed. A law without springs, by rates alone, has
+    none, as its own force would be nothing beside it; rigid friction has that of Mindlin's spring.
     """
+    t = c.touch
     slides = t.f * t.f + t.g * t.g >= AT_LIMIT * (t.friction * t.force) ** 2
     if slides and abs(t.f * v - t.g * u) <= PARALLEL * (t.f * u + t.g * v):
         return
-    drag = dashpot_of(t)
+    drag = dashpot_of(t, min(stuck_stiffness_of(w, c), stuck_stiffness(t)))
     t.f += drag * u
     t.g += drag * v
     pull, limit = sqrt(t.f * t.f + t.g * t.g), t.friction * t.force

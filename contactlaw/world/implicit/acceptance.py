@@ -86,7 +86,7 @@ def strikes(w, p):
         closing, gap, push = max(p.closing, 0.0), max(p.gap, 0.0), max_push(p, a, b)
         return time_to_close(gap, p.closing, push) < w.step and closing * closing + 2.0 * push * gap > 0.0
     c = contact_at(w.contacts, p.slot)
-    if force.has_rigid_friction(w, c) or not stays_closed(c, a, b):
+    if force.has_no_spring(w, c) or not stays_closed(c, a, b):
         return True
     return whirls(shape_at(w.shapes, p.a), a, load(c.normal), sub(load(a.spin), load(b.spin)), w.step)
 
