@@ -187,7 +187,7 @@ class Model:
                 "tree": tree, "q": at, "v": at + rows.q_of.size, "base": base,
                 "first_spring": len(self._spring_rows), "spring_count": len(springs),
             })  # fmt: skip
-            self._spring_rows += [dict(zip(SPRING.names, spring, strict=True)) for spring in springs]
+            self._spring_rows += [{"row": row, "actuator": one, "armature": own} for row, one, own in springs]
             self._places += [rows.q_of, rows.v_of]
         bases = {self._carrier(tree["base"])[0] for tree in self._trees}
         for body in sorted({*carriers, *(base for base in bases if m.body_mocapid[base] >= 0)}):
