@@ -100,9 +100,10 @@ JOINTED = record(
 
 SPRING = record(
     row="i8",  # of its lever arms: in the moments of actuators, or number of the tendon
-    actuator="i8",  # with a position gain; -1: the spring of a tendon
+    actuator="i8",  # a servo; -1: a tendon; -2: an actuator that has inertia alone
+    armature="f8",  # [kg] or [kg m^2], its inertia
 )
-"""What acts like a spring on the length of an actuator's transmission or of a tendon."""
+"""What acts like a spring, or has inertia, along the length of an actuator's transmission or of a tendon."""
 
 SENSOR = record(
     own="i8",  # a sensor of the law; else a touch sensor

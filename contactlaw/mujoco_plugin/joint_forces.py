@@ -96,15 +96,14 @@ def read_springs(head, j, t):
     for i in range(j.first_spring, j.first_spring + j.spring_count):
         s = spring_at(head.springs, i)
         if s.actuator < 0:
-            if head.lag == 0.0:
-                read_tendon(head, j, t, s.row)
+            if s.actuator == -1 and head.lag == 0.0:
+                read_tendon_spring(head, j, t, s.row)
             continue
         force = doubles_at(d.actuator_force)[s.row]
         stiffness = -doubles_at(m.actuator_biasprm)[layout.BIAS * s.actuator + 1]
         if force == 0.0 or not stiffness > 0.0 or at_limit(force, floats(m.actuator_forcerange, 2 * s.actuator, 2)):
             continue
-        first, count = entry(d.moment_rowadr, s.row), entry(d.moment_rownnz, s.row)
-        read_row(head, j, t, floats(d.actuator_moment, first, count), entries(d.moment_colind, first))
+        read_arms(head, j, t, s)
         gains = False
         for k in range(t.v_size):
             if x[k] != 0.0:
@@ -163,12 +162,28 @@ def read_tendon_spring(head, j, t, tendon):
     length, slack = doubles_at(d.ten_length)[tendon], floats(m.tendon_lengthspring, 2 * tendon, 2)
     stiffness = doubles_at(m.tendon_stiffness)[tendon]
     if m.opt.disableflags & layout.NO_SPRING == 0 and stiffness > 0.0 and not slack[0] <= length <= slack[1]:
-        first, count = entry(m.ten_J_rowadr, tendon), entry(m.ten_J_rownnz, tendon)
-        read_row(head, j, t, floats(d.ten_J, first, count), entries(m.ten_J_colind, first))
+        read_tendon(head, j, t, tendon)
         add_spring(head, t, stiffness)
 
 
-read_tendon = jit(read_tendon_spring if layout.TENDON_ROWS else lambda head, j, t, tendon: None)
+def read_arms(head, j, t, s):
+    """Write the lever arms of an actuator or a tendon into x."""
+    d = data_at(head.data, 0)
+    if s.actuator == -1:
+        read_tendon(head, j, t, s.row)
+    else:
+        first, count = entry(d.moment_rowadr, s.row), entry(d.moment_rownnz, s.row)
+        read_row(head, j, t, floats(d.actuator_moment, first, count), entries(d.moment_colind, first))
+
+
+def read_tendon_row(head, j, t, tendon):
+    """Write the Jacobian of a tendon into x."""
+    m, d = model_at(head.model, 0), data_at(head.data, 0)
+    first, count = entry(m.ten_J_rowadr, tendon), entry(m.ten_J_rownnz, tendon)
+    read_row(head, j, t, floats(d.ten_J, first, count), entries(m.ten_J_colind, first))
+
+
+read_tendon = jit(read_tendon_row if layout.TENDON_ROWS else lambda head, j, t, tendon: None)
 
 
 def change_of_tendons(head, j, t):
@@ -234,6 +249,15 @@ def read_equalities(head, j, t):
             f[k] += push * row[k]
         add_square(t, t.e, weight)
         add_square(t, t.d, weight * reference[1] + spring)
+
+
+def read_armatures(head, j, t):
+    """Add the inertia of tendons, and of actuators at their joints and tendons, to E."""
+    for i in range(j.first_spring, j.first_spring + j.spring_count):
+        s = spring_at(head.springs, i)
+        if s.armature > 0.0:
+            read_arms(head, j, t, s)
+            add_square(t, t.e, s.armature)
 
 
 def read_row(head, j, t, values, columns):

@@ -187,7 +187,7 @@ class Model:
                 "tree": tree, "q": at, "v": at + rows.q_of.size, "base": base,
                 "first_spring": len(self._spring_rows), "spring_count": len(springs),
             })  # fmt: skip
-            self._spring_rows += [{"row": row, "actuator": actuator} for row, actuator in springs]
+            self._spring_rows += [{"row": row, "actuator": one, "armature": own} for row, one, own in springs]
             self._places += [rows.q_of, rows.v_of]
         bases = {self._carrier(tree["base"])[0] for tree in self._trees}
         for body in sorted({*carriers, *(base for base in bases if m.body_mocapid[base] >= 0)}):
@@ -210,8 +210,8 @@ class Model:
     def _free(self) -> NDArray[np.bool_]:
         """Which bodies move by a free joint alone.
 
-        A free body has mass, no armature or damping, no equality constraint, no tendon that is a spring, and no child
-        with mass or joints.
+        A free body has mass, no armature or damping, no equality constraint, no tendon that is a spring or has inertia,
+        and no child with mass or joints.
         """
         m, tree = self._m, self._m.body_treeid
         massive = np.bincount(tree[(m.body_mass > 0.0) & (tree >= 0)], minlength=m.ntree)
@@ -220,7 +220,7 @@ class Model:
         free[free] = alone[tree[free]] & (m.jnt_type[m.body_jntadr[free]] == int(mujoco.mjtJoint.mjJNT_FREE))
         dofs = m.body_dofadr[free][:, None] + np.arange(6)
         free[free] = ~((m.dof_armature[dofs] != 0.0) | (m.dof_damping[dofs] != 0.0)).any(1)
-        pulled = (sorted(self._velocities("tendon", one)) for one in np.flatnonzero(m.tendon_stiffness).tolist())
+        pulled = (sorted(self._velocities("tendon", one)) for one in self._taut)
         for held in [*self._held, *pulled]:
             free[self._roots[m.dof_bodyid[held]]] = False
         return free
@@ -236,15 +236,23 @@ class Model:
         return out
 
     @cached_property
-    def _springs(self) -> dict[tuple[int, int], list[int]]:
-        """The velocities of each tendon with a spring, and of the joint or tendon of each servo; by `block.SPRING`."""
+    def _taut(self) -> list[int]:
+        """The tendons that are springs or have inertia."""
+        return np.flatnonzero((self._m.tendon_stiffness != 0.0) | (self._m.tendon_armature != 0.0)).tolist()
+
+    @cached_property
+    def _springs(self) -> dict[tuple[int, int, float], list[int]]:
+        """The velocities of each `block.SPRING`, of its tendon, or of its actuator's joint or tendon; by its fields."""
         m = self._m
-        tendons = np.flatnonzero(m.tendon_stiffness).tolist() if layout.TENDON_ROWS else []
-        out = {(tendon, -1): self._velocities("tendon", tendon) for tendon in tendons}
+        tendons = self._taut if layout.TENDON_ROWS else []
+        out = {(one, -1, float(m.tendon_armature[one])): self._velocities("tendon", one) for one in tendons}
         rows = getattr(m, "actuator_outadr", range(len(m.actuator_biastype)))
-        for actuator in np.flatnonzero(m.actuator_biastype == int(mujoco.mjtBias.mjBIAS_AFFINE)).tolist():
+        inertia = getattr(m, "actuator_armature", np.zeros(len(rows)))  # from 3.7
+        servos = m.actuator_biastype == int(mujoco.mjtBias.mjBIAS_AFFINE)
+        for actuator in np.flatnonzero(servos | (inertia != 0.0)).tolist():
             what = TRANSMISSIONS.get(_TRN(int(m.actuator_trntype[actuator])), "")
-            out[int(rows[actuator]), actuator] = self._velocities(what, int(m.actuator_trnid[actuator, 0]))
+            own = int(rows[actuator]), actuator if servos[actuator] else -2, float(inertia[actuator])
+            out[own] = self._velocities(what, int(m.actuator_trnid[actuator, 0]))
         return {spring: sorted(own) for spring, own in out.items() if own}
 
     def _velocities(self, what: str, one: int) -> set[int]:

@@ -174,6 +174,7 @@ def read_tree(head, j, t):
             entries, carrier = entries - 1, axis_at(t.axes, carrier).carrier
     clear(v)
     joint_forces.read_equalities(head, j, t)
+    joint_forces.read_armatures(head, j, t)
     t.stale, t.span = 1, head.step_size
     asleep = body_at(t.bodies, 0).asleep != 0
     pressed, lags, tendons = is_pressed(t), head.lag > 0.0 and not asleep, m.ntendon != 0

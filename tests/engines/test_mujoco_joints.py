@@ -343,3 +343,34 @@ def test_a_tree_that_a_step_loses_is_left_to_the_engine(torque: float, left: boo
     gain = model.opt.timestep * ends[0][1]
     assert (10.0 < gain < 100.0) if left else (1.0 < gain < 10.0)
     assert (ends[1] == pytest.approx(ends[0], rel=1e-9)) == left
+
+
+@pytest.mark.parametrize(
+    "extra",
+    [
+        '<tendon><fixed name="t" armature=".2"><joint joint="a" coef="2"/></fixed></tendon>',
+        '<tendon><fixed name="t" armature=".2"><joint joint="a" coef="2"/><joint joint="b" coef="1"/></fixed></tendon>',
+        """<tendon><fixed name="t"><joint joint="a" coef="1"/></fixed></tendon>
+        <actuator><motor tendon="t" armature=".2" gear="2"/></actuator>""",
+        '<actuator><motor joint="a" armature=".2" gear="2"/></actuator>',
+        '<actuator><position joint="a" kp="1e-3" armature=".2" gear="2"/></actuator>',
+    ],
+    ids=["tendon", "tendon of two joints", "motor of a tendon", "motor", "servo"],
+)
+@pytest.mark.skipif(not hasattr(mujoco.MjModel, "actuator_armature"), reason="from MuJoCo 3.7")
+def test_tendons_and_actuators_resist_an_impact_by_their_inertia(extra):
+    """A ball strikes a slide that carries another one, without loss; the engine's mass matrix says how heavy it is."""
+    model = load_model(
+        f"""<mujoco><option gravity="0 0 0"/><worldbody><body><joint name="a" type="slide" axis="1 0 0"/>
+        <geom name="struck" size=".05" mass=".1"/><body pos="0 0 1"><joint name="b" type="slide" axis="1 0 0"/>
+        <geom size=".05" mass=".3" {UNSEEN}/></body></body>
+        <body pos="-.11 0 0"><freejoint/><geom name="ball" size=".05" mass=".5"/></body></worldbody>{extra}</mujoco>""",
+        [("ball", "struck", steel_pair(restitution=1.0))],
+    )
+    data, mobility = mujoco.MjData(model), np.zeros((1, model.nv))
+    mujoco.mj_forward(model, data)
+    mujoco.mj_solveM(model, data, mobility, np.eye(1, model.nv))
+    data.qvel[2] = 1.0
+    mujoco.mj_step(model, data, 20)
+    mass = 1.0 / mobility[0, 0]
+    assert data.qvel[2] == pytest.approx((0.5 - mass) / (0.5 + mass), abs=1e-4)
