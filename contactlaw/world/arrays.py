@@ -1,5 +1,6 @@
 """The arrays of a world: created empty, and extended as bodies, shapes and contacts are added."""
 
+from collections.abc import Callable
 from math import comb
 from typing import Any
 
@@ -41,29 +42,29 @@ NEAR_PAIRS = 40  # room in the list of near pairs for each round shape, if that 
 
 def empty() -> Arrays:
     """Return the arrays of a world with no body but the world itself."""
-
-    def whole(count: int) -> Array:
-        return np.zeros(count, np.int64)
-
-    made = Arrays(
-        bodies=np.zeros(1, BODY), shapes=np.zeros(0, SHAPE), pairs=np.zeros(0, PAIR), near=np.zeros(LEAST, NEAR),
-        contacts=np.zeros(LEAST, CONTACT), memory=np.zeros((LEAST, 0)), numbers=np.zeros(0), points=np.zeros((0, 3)),
-        groups=np.full((1, 1), -1),
-        spare=np.arange(LEAST)[::-1].copy(),
-        guards=np.zeros(LEAST, GUARD), near_bodies=whole(1), roots=whole(1), island_bodies=whole(1),
-        island_pairs=whole(2 * LEAST), grid=whole(4), saved_bodies=np.zeros(1 + SCRATCH, BODY), trees=np.zeros(0, TREE),
-        joints=np.zeros(0), rows=np.zeros(LEAST, ROW), coasting=np.zeros(LEAST, COASTING),
-        saved_contacts=np.zeros(LEAST, CONTACT), saved_memory=np.zeros((LEAST, 0)),
-        equations=np.zeros(room_for(0)), world=np.zeros(1, WORLD),
+    own = {"bodies": BODY, "shapes": SHAPE, "pairs": PAIR, "trees": TREE}
+    made = Arrays(*(np.zeros(0, own.get(name, np.float64)) for name in Arrays._fields))
+    made = made._replace(
+        memory=np.zeros((0, 0)), points=NONE, groups=np.full((1, 1), -1), grid=np.zeros(4, np.int64),
+        world=np.zeros(1, WORLD),
     )  # fmt: skip
-    body = made.bodies[0]
-    body["quaternion"][0] = 1.0
-    body["axes"] = np.eye(3).ravel()
-    body["isotropic"] = 1
-    body["oriented"] = 1  # planes of the world are off its origin
-    made.world["spares"] = LEAST
     made.world["stale"] = made.world["together"] = 1
-    return made
+    axes = {"quaternion": (1.0, 0.0, 0.0, 0.0), "axes": np.eye(3).ravel(), "isotropic": 1}
+    return with_space(with_bodies(made, [axes | {"oriented": 1}]), LEAST, LEAST, LEAST)  # planes are off its origin
+
+
+def with_space(
+    one: Arrays, near: int, guards: int, contacts: int, zeros: Callable[[Any, Any], Array] = np.zeros
+) -> Arrays:
+    """Return the world with empty arrays for so many near pairs, guards and contacts; zeros: makes them."""
+    one.world["spares"] = contacts
+    memory = contacts, one.memory.shape[1]
+    return one._replace(
+        near=zeros(near, NEAR), guards=zeros(guards, GUARD), island_pairs=zeros(2 * near, np.int64),
+        rows=zeros(near, ROW), contacts=zeros(contacts, CONTACT), memory=zeros(memory, np.float64),
+        spare=np.arange(contacts)[::-1].copy(), coasting=zeros(contacts, COASTING),
+        saved_contacts=zeros(contacts, CONTACT), saved_memory=zeros(memory, np.float64),
+    )  # fmt: skip
 
 
 def longer(array: Array, count: int) -> Array:
@@ -164,36 +165,20 @@ def with_room(one: Arrays, owners: Array) -> Arrays:
     contacts = sum(rooms) if parts.any() else max(min(pairs, sum(rooms)), 1)
     near = max(min(pairs, NEAR_PAIRS * (len(rooms) + int(parts.sum()))), 1)
     guards = min(near, comb(len(np.unique(owners)), 2)) if one.shapes["predict"].any() else 1
-    one.world["spares"] = contacts
-
-    def room(kind: Any, *shape: int) -> Array:
-        return np.broadcast_to(np.zeros((), kind), shape)
-
-    memory = room(np.float64, contacts, one.memory.shape[1])
-    return one._replace(
-        near=room(NEAR, near), guards=room(GUARD, guards),
-        island_pairs=room(np.int64, 2 * near), contacts=room(CONTACT, contacts), memory=memory,
-        spare=np.arange(contacts)[::-1].copy(), rows=room(ROW, near), coasting=room(COASTING, contacts),
-        saved_contacts=room(CONTACT, contacts), saved_memory=memory,
-    )  # fmt: skip
+    return with_space(one, near, guards, contacts, lambda shape, kind: np.broadcast_to(np.zeros((), kind), shape))
 
 
 def with_more_room(one: Arrays) -> Arrays:
     """Return the world with twice the room for near pairs and contacts."""
-    more = one.contacts.size
-    spares = int(one.world["spares"][0])
-    new = np.arange(2 * more - 1, more - 1, -1)
-    one.world["spares"] += more
-    one.world["lost"] = one.world["left_out"] = 0
-    one.world["stale"] = 1
-    return one._replace(
-        near=longer(one.near, one.near.size), guards=longer(one.guards, one.guards.size),
-        island_pairs=np.zeros(4 * one.near.size, np.int64),
-        contacts=longer(one.contacts, more), memory=longer(one.memory, more), rows=np.zeros(2 * one.near.size, ROW),
-        coasting=np.zeros(2 * more, COASTING), saved_contacts=np.zeros(2 * more, CONTACT),
-        saved_memory=np.zeros((2 * more, one.memory.shape[1])),
-        spare=np.concatenate([new, one.spare[:spares], np.zeros(more - spares, np.int64)]),
-    )  # fmt: skip
+    more, spares = one.contacts.size, int(one.world["spares"][0])
+    made = with_space(one, 2 * one.near.size, 2 * one.guards.size, 2 * more)
+    for name in ("near", "guards", "contacts", "memory"):
+        getattr(made, name)[: len(getattr(one, name))] = getattr(one, name)
+    made.spare[: more + spares] = [*range(2 * more - 1, more - 1, -1), *one.spare[:spares]]
+    made.world["spares"] = more + spares
+    made.world["lost"] = made.world["left_out"] = 0
+    made.world["stale"] = 1
+    return made
 
 
 def with_own_code(one: Arrays, numbers: Array) -> Arrays:
@@ -222,20 +207,12 @@ def restored(saved: Arrays, own: Arrays) -> Arrays:
         saved.memory.shape[1] != own.memory.shape[1]
     ):
         raise ValueError("saved: is of another world, or bodies, shapes or contacts have been added since")
-    room = int(saved.world["contact_room"][0])
-    while own.contacts.size < room:
-        own = with_more_room(own)
-    made = own._replace(**{name: getattr(saved, name).copy() for name in MOVING})
+    made = with_space(own, *saved.world[["near_room", "guard_room", "contact_room"]][0].tolist())
+    made = made._replace(**{name: getattr(saved, name).copy() for name in MOVING})
     for name in ("contacts", "memory", *USED):
-        array = np.zeros_like(getattr(own, name))
-        array[: len(getattr(saved, name))] = getattr(saved, name)
-        made = made._replace(**{name: array})
+        getattr(made, name)[: len(getattr(saved, name))] = getattr(saved, name)
     for name in ("radius", "numbers", "relaxed", "friction"):
         made.pairs[name] = own.pairs[name]
-    more = own.contacts.size - room
-    made.spare[more:] = made.spare[: made.spare.size - more].copy()
-    made.spare[:more] = np.arange(room + more - 1, room - 1, -1)
-    made.world["spares"] += more
     return with_own_code(made, own.numbers)
 
 
