@@ -6,7 +6,6 @@ from contactlaw.laws.ellipse import share_along
 from contactlaw.laws.hertz import BY_ITSELF, greatest_overlap, hertz_stiffness
 from contactlaw.laws.record import OPEN
 from contactlaw.laws.step import reset
-from contactlaw.laws.torsion import RINGS
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.pair import DEEPEST
 from contactlaw.world.bodies.motion import JUMP, kick, moved_at, velocity_at
@@ -22,6 +21,7 @@ from contactlaw.world.data.demand import ROLL
 from contactlaw.world.data.materials import friction_of, law_of, memory_of, speed_numbers
 from contactlaw.world.data.quaternion import rotate
 from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED, RESIZED
+from contactlaw.world.data.saved import CONTACT_NUMBERS, LEDGER_NUMBER, contact_fields
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub, tangent
 from contactlaw.world.shapes.geometry import (
     BACK,
@@ -64,14 +64,16 @@ def begin_contact(w, k, overlap):
             return False
         w.spares -= 1
         q.slot = whole_at(w.spare, w.spares)
-        clear_ledger(contact_at(w.contacts, q.slot))
+        clear(contact_fields(w, q.slot, 0, CONTACT_NUMBERS))
     q.closed = 1
     for i in range(q.first, q.first + q.places):  # others of both now look for other places
         other = near_at(w.near, i)
         if other.closed == 0:
             other.listed_gap, other.path_limit, other.checked, other.toi = -NEVER, -1.0, -1.0, 0.0
     c = contact_at(w.contacts, q.slot)
-    c.phase, c.near = CLOSED, k
+    link, before = c.link, c.initial_overlap
+    clear(contact_fields(w, q.slot, 0, LEDGER_NUMBER))
+    c.phase, c.near, c.link, c.initial_overlap = CLOSED, k, link, before
     c.shape_a, c.shape_b, c.body_a, c.body_b, c.pair = q.a, q.b, q.body_a, q.body_b, q.pair
     c.touches += 1
     t = c.touch
@@ -88,11 +90,6 @@ def begin_contact(w, k, overlap):
     store(c.arm_b, arm_b)
     if law.sectors != 0.0 and dot(along, along) > 0.0:
         set_ellipse(c, along, norm(along))
-    store(c.force, (0.0, 0.0, 0.0))
-    c.interval, c.closing_acceleration, c.end_weight, c.neighbours = 0.0, 0.0, 0.0, 0.0
-    clear_torsion(c.torsion)
-    c.pending_twist, c.twist_overlap, c.coasted_from = 0.0, 0.0, 0.0
-    c.bend[0], c.bend[1], c.bending[0], c.bending[1] = 0.0, 0.0, 0.0, 0.0
     update_masses(c, a, b)
     deep = pair_at(w.pairs, q.pair).relaxed != 0 and overlap > initial_overlap_limit(w, c)
     if deep or (overlap > 0.0 and lies_over_face(sa, a, sb, b, 0.0)):
@@ -103,7 +100,6 @@ def begin_contact(w, k, overlap):
     if law.speeds != 0.0:
         push = -dot(sub(load(a.acceleration), load(b.acceleration)), n)
         speeds.read(t, speed_numbers(w, pair_at(w.pairs, q.pair)), push, norm(axpy(t.closing, n, slide)))
-    c.first_substep = 0.0
     if overlap > TOUCHING * t.radius:
         w.late += 1
         w.latest = max(w.latest, overlap)
@@ -158,23 +154,6 @@ def update_geometry(w, c):
     store(c.arm_b, arm_b)
     c.touch.overlap = overlap - c.initial_overlap
     store(c.force, force_of(c))
-
-
-def clear_torsion(state):
-    """Set the state of torsion of a contact that has not spun."""
-    state.span, state.moment, state.stored = 0.0, 0.0, 0.0
-    for i in range(RINGS):
-        state.twists[i] = 0.0
-    for i in range(3):
-        state.missed[i] = 0.0
-
-
-def clear_ledger(c):
-    """Set the ledger of a contact, its initial overlap, and what has been noted of it to zero."""
-    c.initial_overlap, c.touches, c.duration, c.noted = 0.0, 0, 0.0, 0
-    c.deepest, c.strongest, c.normal_work, c.friction_work = 0.0, 0.0, 0.0, 0.0
-    store(c.impulse, (0.0, 0.0, 0.0))
-    store(c.earlier, (0.0, 0.0, 0.0))
 
 
 def end_contact(q, c):
