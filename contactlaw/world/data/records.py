@@ -48,7 +48,7 @@ BODY = record(
     still="i8",  # 1: nothing moves it within this step
     touched="i8", placed="i8",  # 1: its step ends as the world has it, as after any impulse; the user has moved it
     path="f8", next_path="f8",  # [m] that its surface has moved in a window's substeps, at most, and may in the next
-    path_end="f8",  # [m] of `path`, see `window.list_at_hand`
+    path_end="f8",  # [m] of `path`, see `window.list_pairs`
     reach="f8",  # [m] from its centre of mass to the furthest centre, middle line or core of its shapes
     square_rate="f8", pressing="i8",  # see `pace.add_square_rate` [1/s^2]; how many are closed
     # its turn
