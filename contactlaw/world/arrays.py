@@ -9,30 +9,14 @@ import numpy as np
 from contactlaw.laws.record import PAIR as LAW
 from contactlaw.laws.record import PAIR_SIZE
 from contactlaw.world.data import kinds
-from contactlaw.world.data.records import (
-    BODY,
-    COASTING,
-    CONTACT,
-    FREE,
-    GUARD,
-    NEAR,
-    PAIR,
-    ROW,
-    SCRATCH,
-    SHAPE,
-    TREE,
-    WORLD,
-    Array,
-    Arrays,
-    numbers_of,
-)
+from contactlaw.world.data.records import FREE, RECORDS, SCRATCH, WORLD, Array, Arrays, numbers_of
 from contactlaw.world.implicit.equations import room_for
 from contactlaw.world.shapes.functions import write_addresses
 from contactlaw.world.shapes.hulls import by_direction
 from contactlaw.world.trees.tree_records import addresses
 
 FAR = 1e3  # [m] reach of a plane on a moving body
-RECORDED, NONE = set(SHAPE.names or ()), np.zeros((0, 3))  # fields of shapes; no vertices
+RECORDED, NONE = set(RECORDS["shapes"].names or ()), np.zeros((0, 3))  # fields of shapes; no vertices
 LEAST = 64  # room for near pairs and contacts at the start
 # arrays of which a saved state has all, or as many rows as are in use, which `WORLD` says by these names
 MOVING = ("bodies", "shapes", "pairs", "trees", "joints", "near_bodies", "grid", "world")
@@ -42,8 +26,7 @@ NEAR_PAIRS = 40  # room in the list of near pairs for each round shape, if that 
 
 def empty() -> Arrays:
     """Return the arrays of a world with no body but the world itself."""
-    own = {"bodies": BODY, "shapes": SHAPE, "pairs": PAIR, "trees": TREE}
-    made = Arrays(*(np.zeros(0, own.get(name, np.float64)) for name in Arrays._fields))
+    made = Arrays(*(np.zeros(0, RECORDS.get(name, np.float64)) for name in Arrays._fields))
     made = made._replace(
         memory=np.zeros((0, 0)), points=NONE, groups=np.full((1, 1), -1), grid=np.zeros(4, np.int64),
         world=np.zeros(1, WORLD),
@@ -58,12 +41,12 @@ def with_space(
 ) -> Arrays:
     """Return the world with empty arrays for so many near pairs, guards and contacts; zeros: makes them."""
     one.world["spares"] = contacts
+    rooms = dict.fromkeys(("near", "rows"), near) | {"guards": guards}
+    rooms |= dict.fromkeys(("contacts", "coasting", "saved_contacts"), contacts)
     memory = contacts, one.memory.shape[1]
     return one._replace(
-        near=zeros(near, NEAR), guards=zeros(guards, GUARD), island_pairs=zeros(2 * near, np.int64),
-        rows=zeros(near, ROW), contacts=zeros(contacts, CONTACT), memory=zeros(memory, np.float64),
-        spare=np.arange(contacts)[::-1].copy(), coasting=zeros(contacts, COASTING),
-        saved_contacts=zeros(contacts, CONTACT), saved_memory=zeros(memory, np.float64),
+        **{name: zeros(room, RECORDS[name]) for name, room in rooms.items()}, island_pairs=zeros(2 * near, np.int64),
+        spare=np.arange(contacts)[::-1].copy(), memory=zeros(memory, float), saved_memory=zeros(memory, float),
     )  # fmt: skip
 
 
@@ -90,7 +73,7 @@ def with_bodies(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     room = np.zeros(bodies.size, np.int64)
     return one._replace(
         bodies=bodies, near_bodies=room, roots=room.copy(), island_bodies=room.copy(),
-        saved_bodies=np.zeros(bodies.size + SCRATCH, BODY), equations=np.zeros(room_for(6 * (bodies.size - 1))),
+        saved_bodies=np.zeros(bodies.size + SCRATCH, bodies.dtype), equations=np.zeros(room_for(6 * (bodies.size - 1))),
     )  # fmt: skip
 
 

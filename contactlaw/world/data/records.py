@@ -357,6 +357,12 @@ class Arrays(NamedTuple):
         return self
 
 
+RECORDS = {
+    "bodies": BODY, "shapes": SHAPE, "pairs": PAIR, "near": NEAR, "contacts": CONTACT, "guards": GUARD, "trees": TREE,
+    "rows": ROW, "coasting": COASTING, "saved_bodies": BODY, "saved_contacts": CONTACT,
+}  # fmt: skip
+"""The kinds of records of arrays, by name."""
+
 WORLD = record(
     **dict.fromkeys(Arrays._fields[:-1], "u8"),  # addresses of the arrays, and their lengths
     body_count="i8", shape_count="i8", pair_count="i8", near_room="i8", contact_room="i8", memory_size="i8",
