@@ -13,7 +13,7 @@ from contactlaw.world.contacts import force
 from contactlaw.world.contacts.ends import damped_end, elastic_end, single_end
 from contactlaw.world.contacts.meeting import meet_apart, meet_contact
 from contactlaw.world.contacts.pace import MASS_TURN, radius_where, share_of, update_masses
-from contactlaw.world.contacts.rolling import moment_of, update_rolled
+from contactlaw.world.contacts.rolling import moment_of
 from contactlaw.world.contacts.springs import SHARE, closing_by_others, press_spring
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, pair_at, shape_at
 from contactlaw.world.data.call import address, call_roll, ready
@@ -23,14 +23,7 @@ from contactlaw.world.data.quaternion import rotate
 from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED, RESIZED
 from contactlaw.world.data.saved import CONTACT_NUMBERS, LEDGER_NUMBER, contact_fields
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub, tangent
-from contactlaw.world.shapes.geometry import (
-    BACK,
-    is_ignored,
-    lies_over_face,
-    meet,
-    meet_near,
-    set_initial_overlap,
-)
+from contactlaw.world.shapes.geometry import BACK, is_ignored, lies_over_face, meet, meet_near, set_initial_overlap
 from contactlaw.world.trees.mobility import clear
 
 # [rad] up to which the tangent turns by the first term of the series x, and is normalised by that of a root: its square
@@ -254,7 +247,8 @@ def measure(w, c, a, b):
     store(c.moved, (dot(moved, e), dot(moved, f), force.twist_of(c, a, b)))
     law = law_of(w, pair_at(w.pairs, c.pair))
     if law.rolling != 0.0:
-        update_rolled(c, a, b)
+        rolled = sub(load(a.twist), load(b.twist))
+        c.rolled[0], c.rolled[1] = dot(rolled, e), dot(rolled, f)
     t.before = t.overlap
     t.overlap = overlap - c.initial_overlap
     press_spring(c, a, b, law.linear != 0.0)
@@ -293,7 +287,8 @@ def advance(w, c, slot, span):
     if c.coasted_from > 0.0:
         total, t.before, c.coasted_from = add(moved, load(c.coasted)), c.coasted_from, 0.0
     others = closing_by_others(c, a, b)
-    motion = others, side_by_side(a, b), SHARE * h * h * (others - c.spring / t.mass)
+    side_by_side = max(max(a.pressing if a.still == 0 else 1, b.pressing if b.still == 0 else 1), 1)  # dampers
+    motion = others, side_by_side, SHARE * h * h * (others - c.spring / t.mass)
     pressed = force.advance_contact(w, c, slot, total, scale(1.0 / h, moved), h, motion)
     if opening:
         inside = min(overlap / (overlap - min(before, 0.0)), 1.0)
@@ -317,12 +312,6 @@ def advance(w, c, slot, span):
     c.strongest = max(c.strongest, t.force)
     if t.force > 0.0:
         c.duration += h
-
-
-@jit_inline
-def side_by_side(a, b):
-    """Return how many closed contacts one of two bodies has, at most: the dampers of `hertz.normal_force`."""
-    return max(max(a.pressing if a.still == 0 else 1, b.pressing if b.still == 0 else 1), 1)
 
 
 @jit_inline
