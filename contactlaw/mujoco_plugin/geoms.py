@@ -40,11 +40,6 @@ class Shape:
     size: NDArray[np.float64]
 
     @property
-    def is_spherical(self) -> bool:
-        """Whether it is a ball, also one written as an ellipsoid."""
-        return self.type == "sphere" or (self.type == "ellipsoid" and bool(np.ptp(self.size) == 0.0))
-
-    @property
     def label(self) -> str:
         """Type and name, for messages."""
         return f"{self.type} {self.name!r}"

@@ -290,7 +290,8 @@ class Model:
     def _add_shape(self, geom: int) -> list[int]:
         """Add a geom to its body in the world; return the numbers of the shapes that it makes."""
         row, shape = self._rows[self._carriers[geom][0]], self._geom_shapes[geom]
-        kind, (size, points) = "sphere" if shape.is_spherical else shape.type, self._size_of(geom)
+        ball = shape.type == "ellipsoid" and np.ptp(shape.size) == 0.0
+        kind, (size, points) = "sphere" if ball else shape.type, self._size_of(geom)
         return self._world.add_shape(kind, row, size, *self._poses[geom], self._roundings.get(geom), points)
 
     def _size_of(self, geom: int) -> tuple[Array, Array | None]:

@@ -67,7 +67,7 @@ class Bodies:
         self.rows["left"]["position"] = np.nan
         self.outdated = False
         self.dt, self._parameters = 0.0, ()
-        self._moving = m = sum(mass_of(key, client)[0] > 0.0 for key in keys[:count])
+        self._moving = self._head["moving"] = m = sum(mass_of(key, client)[0] > 0.0 for key in keys[:count])
         motions, after, velocities = np.zeros((count, 13)), np.zeros((m, 7)), np.zeros((m, 6))
         for name, array in (("motions", motions), ("poses", after), ("velocities", velocities)):
             self._head[name] = array.ctypes.data

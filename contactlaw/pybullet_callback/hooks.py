@@ -127,10 +127,8 @@ def has_flown(block):
     head = rows.head_at(block, 0)
     w, dt = world_at(head.world, 0), head.dt
     fall = scale(dt * dt, load(head.gravity))
-    for k in range(head.singles):
+    for k in range(head.moving):
         r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
-        if r.mass == 0.0:
-            continue
         pose = rows.pose_at(head.poses, k)
         store(r.after.position, load(pose.position))
         store4(r.after.quaternion, load4(pose.quaternion))
@@ -141,10 +139,8 @@ def has_flown(block):
         turn = scale(dt, load(r.left.spin))
         if b.oriented != 0 and not norm(sub(twist_of(r), turn)) <= 0.5 * norm(turn) + rows.EXACT:
             return rows.STRAYED
-    for k in range(head.singles):
+    for k in range(head.moving):
         r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
-        if r.mass == 0.0:
-            continue
         store(r.before.velocity, scale(1.0 / dt, sub(load(r.after.position), load(r.left.position))))
         if b.oriented != 0:
             twist = twist_of(r)
@@ -170,11 +166,8 @@ def rewind(block):
     """
     head = rows.head_at(block, 0)
     w = world_at(head.world, 0)
-    for k in range(head.singles):
-        r = rows.row_at(head.rows, k)
-        m, old = rows.motion_at(head.motions, k), r.left
-        if r.mass == 0.0:
-            continue
+    for k in range(head.moving):
+        m, old = rows.motion_at(head.motions, k), rows.row_at(head.rows, k).left
         x, way = load(m.position), scale(head.dt, load(m.velocity))
         start = sub(x, way)
         moved = norm(sub(start, load(old.position))) > rows.EXACT * (norm(x) + norm(way))
@@ -183,8 +176,8 @@ def rewind(block):
         turn = product(rows.turn_in(head.dt, scale(-1.0, load(m.spin))), rows.quaternion_of(m))
         if norm(rotation_vector(product(turn, conjugate(rows.quaternion_of(old))))) <= rows.EXACT:
             turn = rows.quaternion_of(old)
-        q, b, spin = m.quaternion, body_at(w.bodies, k + 1), load(m.spin)
-        q[3], q[0], q[1], q[2] = turn
+        rows.store_turn(m, turn)
+        b, spin = body_at(w.bodies, k + 1), load(m.spin)
         store4(b.quaternion, turn)
         set_axes(b)
         store(b.torque, (0.0, 0.0, 0.0))
@@ -212,10 +205,8 @@ def select_pushed(block):
     """Select the bodies to be pushed with the force of the contacts in the last step; return how many."""
     head = rows.head_at(block, 0)
     head.selected_count = 0
-    for k in range(head.singles):
+    for k in range(head.moving):
         r = rows.row_at(head.rows, k)
-        if r.mass == 0.0:
-            continue
         if r.pressed == 0 or r.placed != 0:
             store(r.force, (0.0, 0.0, 0.0))
             store(r.torque, (0.0, 0.0, 0.0))
@@ -231,11 +222,9 @@ def read_accelerations(head, w):
     -1: not finite.
     """
     others, dt, gravity = 0, head.dt, load(head.gravity)
-    for k in range(head.singles):
+    for k in range(head.moving):
         r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
         r.disturbed = 0
-        if r.mass == 0.0:
-            continue
         read = rows.twist_at(head.velocities, k)
         store(r.after.velocity, load(read.velocity))
         store(r.after.spin, load(read.spin))
@@ -244,10 +233,7 @@ def read_accelerations(head, w):
         if not isfinite(dot(v, v) + dot(u, u)):
             head.bad = k
             return -1
-        position, turn = rows.flown(r, dt)
-        store(r.after.position, position)
-        q = r.after.quaternion
-        q[3], q[0], q[1], q[2] = turn
+        rows.fly(r, dt)
         gained = sub(sub(v, old), scale(dt, axpy(1.0 / r.mass, load(r.force), gravity)))
         speeds = norm(v) + norm(old) + dt * (norm(gravity) + norm(load(r.force)) / r.mass)
         store(b.acceleration, gravity)
@@ -294,10 +280,10 @@ def keep_own(head, w):
     """Mark bodies that end the step as in the world as touched: those that Bullet would turn wrong in free flight, and
     those that it has pushed by contacts that may be no more.
     """
-    for k in range(head.singles):
+    for k in range(head.moving):
         r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
         tumbles = r.disturbed == 0 and rows.tumbles(b, head.dt)
-        if r.mass > 0.0 and b.asleep == 0 and (tumbles or r.pressed != 0):
+        if b.asleep == 0 and (tumbles or r.pressed != 0):
             b.touched = 1
 
 
@@ -369,8 +355,7 @@ def write_touched(head, k, r, b):
     store(r.torque, rows.torque_for(r, b, rate))
     rows.select(head, k)
     store(r.left.position, load(b.position))
-    q = r.left.quaternion
-    q[3], q[0], q[1], q[2] = load4(b.quaternion)
+    rows.store_turn(r.left, load4(b.quaternion))
     store(r.left.velocity, v)
     store(r.left.spin, spin)
 

@@ -11,7 +11,7 @@ Bullet steps first, with the force of the contacts in the step before as a push 
 the same step with the accelerations that Bullet's step had besides that push, and pose and velocity of what contacts
 have touched, or what tumbles in free flight, are written to PyBullet (`write_bodies`). The accelerations follow from
 the change of velocity. If that of a body that was pushed is not due to gravity and the push alone, Python is asked to
-read its mass. Where Bullet's step has taken a body follows from its velocity after it (`flown`).
+read its mass. Where Bullet's step has taken a body follows from its velocity after it (`fly`).
 """
 
 from math import cos, isfinite, pi, sin
@@ -45,7 +45,7 @@ First come bodies without joints, of these first those that have a mass.
 """
 
 HEAD = record(
-    world="u8", rows="u8", count="i8", singles="i8",  # rows of all bodies, and of those without joints
+    world="u8", rows="u8", count="i8", singles="i8", moving="i8",  # of all bodies; without joints; of these with mass
     motions="u8", poses="u8", velocities="u8",  # of those: as read before Bullet's step, and what was read after it
     dt="f8", gravity=VECTOR,
     simple="i8",  # no body has joints, no shape must be measured
@@ -105,14 +105,19 @@ def set_body(r, b, dt):
     store(b.spin, spin_after(b, load(m.spin), lag))
 
 
-def flown(r, dt):
-    """Return position [m] and quaternion, scalar first, to which Bullet's step has taken a body.
+def store_turn(m, turn):
+    """Write a quaternion, scalar first, into a motion."""
+    m.quaternion[3], m.quaternion[0], m.quaternion[1], m.quaternion[2] = turn
+
+
+def fly(r, dt):
+    """Set the pose of a body after Bullet's step.
 
     Its velocity after the step moves it, and turns it by MOST_TURN at most: `integrateTransform` of Bullet's
     btTransformUtil, and `stepPositionsMultiDof` of its btMultiBody.
     """
-    turned = product(turn_in(dt, load(r.after.spin)), quaternion_of(r.before))
-    return axpy(dt, load(r.after.velocity), load(r.before.position)), turned
+    store(r.after.position, axpy(dt, load(r.after.velocity), load(r.before.position)))
+    store_turn(r.after, product(turn_in(dt, load(r.after.spin)), quaternion_of(r.before)))
 
 
 def turn_in(dt, spin):

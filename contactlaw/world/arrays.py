@@ -1,5 +1,6 @@
 """The arrays of a world: created empty, and extended as bodies, shapes and contacts are added."""
 
+from collections.abc import Callable
 from math import comb
 from typing import Any
 
@@ -8,30 +9,14 @@ import numpy as np
 from contactlaw.laws.record import PAIR as LAW
 from contactlaw.laws.record import PAIR_SIZE
 from contactlaw.world.data import kinds
-from contactlaw.world.data.records import (
-    BODY,
-    COASTING,
-    CONTACT,
-    FREE,
-    GUARD,
-    NEAR,
-    PAIR,
-    ROW,
-    SCRATCH,
-    SHAPE,
-    TREE,
-    WORLD,
-    Array,
-    Arrays,
-    numbers_of,
-)
+from contactlaw.world.data.records import FREE, RECORDS, SCRATCH, WORLD, Array, Arrays, numbers_of
 from contactlaw.world.implicit.equations import room_for
 from contactlaw.world.shapes.functions import write_addresses
 from contactlaw.world.shapes.hulls import by_direction
 from contactlaw.world.trees.tree_records import addresses
 
 FAR = 1e3  # [m] reach of a plane on a moving body
-RECORDED, NONE = set(SHAPE.names or ()), np.zeros((0, 3))  # fields of shapes; no vertices
+RECORDED, NONE = set(RECORDS["shapes"].names or ()), np.zeros((0, 3))  # fields of shapes; no vertices
 LEAST = 64  # room for near pairs and contacts at the start
 # arrays of which a saved state has all, or as many rows as are in use, which `WORLD` says by these names
 MOVING = ("bodies", "shapes", "pairs", "trees", "joints", "near_bodies", "grid", "world")
@@ -41,29 +26,28 @@ NEAR_PAIRS = 40  # room in the list of near pairs for each round shape, if that 
 
 def empty() -> Arrays:
     """Return the arrays of a world with no body but the world itself."""
-
-    def whole(count: int) -> Array:
-        return np.zeros(count, np.int64)
-
-    made = Arrays(
-        bodies=np.zeros(1, BODY), shapes=np.zeros(0, SHAPE), pairs=np.zeros(0, PAIR), near=np.zeros(LEAST, NEAR),
-        contacts=np.zeros(LEAST, CONTACT), memory=np.zeros((LEAST, 0)), numbers=np.zeros(0), points=np.zeros((0, 3)),
-        groups=np.full((1, 1), -1),
-        spare=np.arange(LEAST)[::-1].copy(),
-        guards=np.zeros(LEAST, GUARD), near_bodies=whole(1), roots=whole(1), island_bodies=whole(1),
-        island_pairs=whole(2 * LEAST), grid=whole(4), saved_bodies=np.zeros(1 + SCRATCH, BODY), trees=np.zeros(0, TREE),
-        joints=np.zeros(0), rows=np.zeros(LEAST, ROW), coasting=np.zeros(LEAST, COASTING),
-        saved_contacts=np.zeros(LEAST, CONTACT), saved_memory=np.zeros((LEAST, 0)),
-        equations=np.zeros(room_for(0)), world=np.zeros(1, WORLD),
+    made = Arrays(*(np.zeros(0, RECORDS.get(name, np.float64)) for name in Arrays._fields))
+    made = made._replace(
+        memory=np.zeros((0, 0)), points=NONE, groups=np.full((1, 1), -1), grid=np.zeros(4, np.int64),
+        world=np.zeros(1, WORLD),
     )  # fmt: skip
-    body = made.bodies[0]
-    body["quaternion"][0] = 1.0
-    body["axes"] = np.eye(3).ravel()
-    body["isotropic"] = 1
-    body["oriented"] = 1  # planes of the world are off its origin
-    made.world["spares"] = LEAST
     made.world["stale"] = made.world["together"] = 1
-    return made
+    axes = {"quaternion": (1.0, 0.0, 0.0, 0.0), "axes": np.eye(3).ravel(), "isotropic": 1}
+    return with_space(with_bodies(made, [axes | {"oriented": 1}]), LEAST, LEAST, LEAST)  # planes are off its origin
+
+
+def with_space(
+    one: Arrays, near: int, guards: int, contacts: int, zeros: Callable[[Any, Any], Array] = np.zeros
+) -> Arrays:
+    """Return the world with empty arrays for so many near pairs, guards and contacts; zeros: makes them."""
+    one.world["spares"] = contacts
+    rooms = dict.fromkeys(("near", "rows"), near) | {"guards": guards}
+    rooms |= dict.fromkeys(("contacts", "coasting", "saved_contacts"), contacts)
+    memory = contacts, one.memory.shape[1]
+    return one._replace(
+        **{name: zeros(room, RECORDS[name]) for name, room in rooms.items()}, island_pairs=zeros(2 * near, np.int64),
+        spare=np.arange(contacts)[::-1].copy(), memory=zeros(memory, float), saved_memory=zeros(memory, float),
+    )  # fmt: skip
 
 
 def longer(array: Array, count: int) -> Array:
@@ -89,7 +73,7 @@ def with_bodies(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     room = np.zeros(bodies.size, np.int64)
     return one._replace(
         bodies=bodies, near_bodies=room, roots=room.copy(), island_bodies=room.copy(),
-        saved_bodies=np.zeros(bodies.size + SCRATCH, BODY), equations=np.zeros(room_for(6 * (bodies.size - 1))),
+        saved_bodies=np.zeros(bodies.size + SCRATCH, bodies.dtype), equations=np.zeros(room_for(6 * (bodies.size - 1))),
     )  # fmt: skip
 
 
@@ -164,36 +148,20 @@ def with_room(one: Arrays, owners: Array) -> Arrays:
     contacts = sum(rooms) if parts.any() else max(min(pairs, sum(rooms)), 1)
     near = max(min(pairs, NEAR_PAIRS * (len(rooms) + int(parts.sum()))), 1)
     guards = min(near, comb(len(np.unique(owners)), 2)) if one.shapes["predict"].any() else 1
-    one.world["spares"] = contacts
-
-    def room(kind: Any, *shape: int) -> Array:
-        return np.broadcast_to(np.zeros((), kind), shape)
-
-    memory = room(np.float64, contacts, one.memory.shape[1])
-    return one._replace(
-        near=room(NEAR, near), guards=room(GUARD, guards),
-        island_pairs=room(np.int64, 2 * near), contacts=room(CONTACT, contacts), memory=memory,
-        spare=np.arange(contacts)[::-1].copy(), rows=room(ROW, near), coasting=room(COASTING, contacts),
-        saved_contacts=room(CONTACT, contacts), saved_memory=memory,
-    )  # fmt: skip
+    return with_space(one, near, guards, contacts, lambda shape, kind: np.broadcast_to(np.zeros((), kind), shape))
 
 
 def with_more_room(one: Arrays) -> Arrays:
     """Return the world with twice the room for near pairs and contacts."""
-    more = one.contacts.size
-    spares = int(one.world["spares"][0])
-    new = np.arange(2 * more - 1, more - 1, -1)
-    one.world["spares"] += more
-    one.world["lost"] = one.world["left_out"] = 0
-    one.world["stale"] = 1
-    return one._replace(
-        near=longer(one.near, one.near.size), guards=longer(one.guards, one.guards.size),
-        island_pairs=np.zeros(4 * one.near.size, np.int64),
-        contacts=longer(one.contacts, more), memory=longer(one.memory, more), rows=np.zeros(2 * one.near.size, ROW),
-        coasting=np.zeros(2 * more, COASTING), saved_contacts=np.zeros(2 * more, CONTACT),
-        saved_memory=np.zeros((2 * more, one.memory.shape[1])),
-        spare=np.concatenate([new, one.spare[:spares], np.zeros(more - spares, np.int64)]),
-    )  # fmt: skip
+    more, spares = one.contacts.size, int(one.world["spares"][0])
+    made = with_space(one, 2 * one.near.size, 2 * one.guards.size, 2 * more)
+    for name in ("near", "guards", "contacts", "memory"):
+        getattr(made, name)[: len(getattr(one, name))] = getattr(one, name)
+    made.spare[: more + spares] = [*range(2 * more - 1, more - 1, -1), *one.spare[:spares]]
+    made.world["spares"] = more + spares
+    made.world["lost"] = made.world["left_out"] = 0
+    made.world["stale"] = 1
+    return made
 
 
 def with_own_code(one: Arrays, numbers: Array) -> Arrays:
@@ -222,20 +190,12 @@ def restored(saved: Arrays, own: Arrays) -> Arrays:
         saved.memory.shape[1] != own.memory.shape[1]
     ):
         raise ValueError("saved: is of another world, or bodies, shapes or contacts have been added since")
-    room = int(saved.world["contact_room"][0])
-    while own.contacts.size < room:
-        own = with_more_room(own)
-    made = own._replace(**{name: getattr(saved, name).copy() for name in MOVING})
+    made = with_space(own, *saved.world[["near_room", "guard_room", "contact_room"]][0].tolist())
+    made = made._replace(**{name: getattr(saved, name).copy() for name in MOVING})
     for name in ("contacts", "memory", *USED):
-        array = np.zeros_like(getattr(own, name))
-        array[: len(getattr(saved, name))] = getattr(saved, name)
-        made = made._replace(**{name: array})
+        getattr(made, name)[: len(getattr(saved, name))] = getattr(saved, name)
     for name in ("radius", "numbers", "relaxed", "friction"):
         made.pairs[name] = own.pairs[name]
-    more = own.contacts.size - room
-    made.spare[more:] = made.spare[: made.spare.size - more].copy()
-    made.spare[:more] = np.arange(room + more - 1, room - 1, -1)
-    made.world["spares"] += more
     return with_own_code(made, own.numbers)
 
 

@@ -30,7 +30,7 @@ from contactlaw.world.near.listing import may_leave_margin
 from contactlaw.world.near.time_of_impact import predict
 from contactlaw.world.shapes.geometry import meet_near, takes_known_gap
 from contactlaw.world.sleep import fall_asleep
-from contactlaw.world.window import list_at_hand, list_bodies, list_pairs
+from contactlaw.world.window import list_bodies, list_pairs
 
 BLOCK = 16  # substeps between two reviews of their length
 LOOKAHEAD = 2.0  # substeps within which an open pair must be able to close for its gap to be measured
@@ -57,7 +57,7 @@ def integrate(w, root, now, until):
     """
     bodies, t = list_bodies(w, root), now
     while t < until:
-        pairs = list_pairs(w, root)
+        pairs = list_pairs(w, root, bodies)
         t = fly_to_touch(w, bodies, pairs, t, now, until)
         if until - t > SHORTEST * (until - now):
             t = take_substeps(w, root, (bodies, pairs), t, now, until)
@@ -81,7 +81,7 @@ def integrate(w, root, now, until):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         b.time = until
         b.changed = 1
-    fall_asleep(w, bodies, list_pairs(w, root))
+    fall_asleep(w, bodies, list_pairs(w, root, bodies))
     return until
 
 
@@ -174,7 +174,7 @@ def take_substeps(w, root, listed, t, now, until):
             w.twists = TWIST_NOW if is_last or since_review % TORSION_EVERY == 0 else TWIST_LATER
         passed, longest = update_paths(w, bodies, max(next_h / h, 1.0))
         if joints and (passed or whole):
-            pairs, whole = list_at_hand(w, root, bodies, BLOCK, LEAST_WAY * longest), False
+            pairs, whole = list_pairs(w, root, bodies, BLOCK, LEAST_WAY * longest), False
         push_by_coasting(w, coasting)
         acting, closed, shorter = evaluate_contacts(w, pairs, (h, next_h), closed <= w.crowd)
         closed += coasting
@@ -188,7 +188,7 @@ def take_substeps(w, root, listed, t, now, until):
         if review:
             target = max(min(substep_length(w, pairs, coasting, t), left), shortest)
             if joints and not whole and target > GROWTH * next_h:  # longer substeps reach further than what is at hand
-                pairs, whole = list_at_hand(w, root, bodies, NEVER, 1.0), True
+                pairs, whole = list_pairs(w, root, bodies), True
                 target = max(min(substep_length(w, pairs, coasting, t), left), shortest)
             going = lost_body(w, bodies, until - now) == 0
             if not may_keep(target, next_h) or (coasting > 0 and target > GROWTH * next_h):
@@ -219,7 +219,7 @@ def update_paths(w, bodies, longer):
     """Add what surfaces moved in a substep to their paths, and predict the next substep, `longer` times as long.
 
     Contacts on each body are counted anew. Returns whether one may get past its `path_end` before its pairs are looked
-    at again, see `window.list_at_hand`; and the longest way [m].
+    at again, see `window.list_pairs`; and the longest way [m].
     """
     passed, most = False, 0.0
     for i in range(bodies):

@@ -121,19 +121,14 @@ def greatest_way(b, arm, time, order):
 
     In a tree that of all its bodies. order: as for `moves`.
     """
-    out = way_of_one(b, arm, time, order)
-    if b.tree != 0:
-        t = tree_at(b.tree, 0)
-        for i in range(t.count):
-            out = max(out, way_of_one(body_at(t.bodies, i), arm, time, order))
+    out = 0.0
+    for i in range(tree_at(b.tree, 0).count if b.tree != 0 else 1):
+        one = body_at(tree_at(b.tree, 0).bodies, i) if b.tree != 0 else b
+        way = (norm(load(one.velocity)) + norm(load(one.spin)) * arm) * time
+        if order == 2:
+            way = (norm(load(one.shift)) + norm(load(one.twist)) * arm) * min(time * time, 1.0 / one.square_rate)
+        out = max(out, way)
     return out
-
-
-def way_of_one(b, arm, time, order):
-    """Return `greatest_way` of a single body."""
-    if order == 2:
-        return (norm(load(b.shift)) + norm(load(b.twist)) * arm) * min(time * time, 1.0 / b.square_rate)
-    return (norm(load(b.velocity)) + norm(load(b.spin)) * arm) * time
 
 
 def add_load(b, force, moment):

@@ -20,17 +20,16 @@ from contactlaw.memory import doubles_at, set_whole, whole_at
 from contactlaw.world.contacts.touch import add_to_ledger, has_parted
 from contactlaw.world.data.access import axis_at, body_at, contact_at, link_at, near_at, pair_at, shape_at, tree_at
 from contactlaw.world.data.materials import friction_of, law_of, memory_of
-from contactlaw.world.data.records import CLOSED, CONTACT, FREE, LEDGER, PARTED, PAUSE_LIMIT
-from contactlaw.world.data.saved import FIELDS, KNOWN_NUMBERS
+from contactlaw.world.data.records import CLOSED, FREE, LEDGER, PARTED, PAUSE_LIMIT
+from contactlaw.world.data.saved import CONTACT_NUMBERS, FIELDS, KNOWN_NUMBERS, contact_fields
 from contactlaw.world.data.vec import store
 from contactlaw.world.near.listing import count_slots
 from contactlaw.world.near.pairing import can_touch, pair_of
 from contactlaw.world.trees.mobility import clear, copy
 
 HEAD, SHAPES, SLEEP = 1, 3, 4  # numbers before all contacts, before the fields of each contact, of each body
-RECORD = CONTACT.itemsize
-FIRST, LAST = int(FIELDS["interval"][1]), int(FIELDS["duration"][1])  # offsets; only float64 fields between them
-KEPT = (LAST - FIRST) // 8 + 1
+FIRST = FIELDS["interval"][1] // 8
+KEPT = FIELDS["touches"][1] // 8 - FIRST  # numbers from there on that a row keeps, all float64
 PER_CONTACT = SHAPES + KNOWN_NUMBERS + KEPT  # numbers of a contact, besides the history of its law
 
 
@@ -44,11 +43,6 @@ def unused_span(w, row):
     """Return where zeros begin in a row behind its contacts, and where they end: where the numbers of bodies begin."""
     length = PER_CONTACT + w.memory_size
     return HEAD + int(row[0]) * length, HEAD + contacts_room(w, row) * length
-
-
-def contact_fields(w, slot, offset, count):
-    """Return a view of `count` numbers of a contact's record from an offset."""
-    return carray(doubles_at(w.contacts + RECORD * slot + offset), count)
 
 
 def contacts_room(w, numbers):
@@ -105,12 +99,13 @@ def write(w, out):
     return lost
 
 
-def read(w, row):
-    """Set a world to the state in a row; the caller sets the motion of its bodies before the step.
+def read(w, address, count):
+    """Set a world to the state in the row of `count` numbers at an address.
 
-    Returns how many contacts were left out, as their shapes cannot touch: the user has changed them since. Bodies that
-    would sleep without a contact stay awake.
+    The caller sets the motion of its bodies before the step. Returns how many contacts were left out, as their shapes
+    cannot touch: the user has changed them since. Bodies that would sleep without a contact stay awake.
     """
+    row = carray(doubles_at(address), count)
     clear_state(w)
     room, lost, at, length = contacts_room(w, row), 0, HEAD, PER_CONTACT + w.memory_size
     for _ in range(int(row[0])):
@@ -118,10 +113,9 @@ def read(w, row):
         if max(a, b) < w.shape_count and can_touch(w, a, b):
             w.spares -= 1
             slot = whole_at(w.spare, w.spares)
+            clear(contact_fields(w, slot, 0, CONTACT_NUMBERS))
             c = contact_at(w.contacts, slot)
             c.touches = int(row[at + 2])
-            # between steps laws have received all motion, but the slot may hold pending motion of a parted contact
-            c.pending_twist, c.twist_overlap, c.coasted_from = 0.0, 0.0, 0.0
             copy(row[at + SHAPES : history - KEPT], contact_fields(w, slot, 0, KNOWN_NUMBERS))
             copy(row[history - KEPT : history], contact_fields(w, slot, FIRST, KEPT))
             copy(row[history : at + length], memory_of(w, slot))
@@ -131,17 +125,17 @@ def read(w, row):
         at += length
     at = HEAD + room * length
     for i in range(w.body_count):
-        restore_sleep(body_at(w.bodies, i), row[at : at + SLEEP])
+        b = body_at(w.bodies, i)
+        if row[at] <= 0.0:
+            b.pause, b.last_pause = int(-row[at]) % PAUSE_LIMIT, int(-row[at]) // PAUSE_LIMIT
+        elif b.active != 0 or b.tree != 0:
+            b.asleep = 1
+            copy(row[at + 1 : at + SLEEP], b.held)
         at += SLEEP
     for i in range(w.pair_count):
         copy(row[at : at + LEDGER], pair_at(w.pairs, i).ledger)
         at += LEDGER
     return lost
-
-
-def read_at(w, address, count):
-    """Set a world to the state in the row of `count` numbers at an address; see `read`."""
-    return read(w, carray(doubles_at(address), count))
 
 
 def clear_state(w):
@@ -197,16 +191,6 @@ def restore_contact(w, c, a, b):
     c.shape_a, c.shape_b, c.body_a, c.body_b, c.pair = a, b, sa.body, sb.body, pair
     body_at(w.bodies, sa.body).active = 1
     body_at(w.bodies, sb.body).active = 1
-
-
-def restore_sleep(b, row):
-    """Put a body to sleep, or set its pause, as a row says."""
-    if row[0] <= 0.0:
-        pauses = int(-row[0])
-        b.pause, b.last_pause = pauses % PAUSE_LIMIT, pauses // PAUSE_LIMIT
-    elif b.active != 0 or b.tree != 0:
-        b.asleep = 1
-        copy(row[1:], b.held)
 
 
 jit_module(__name__)

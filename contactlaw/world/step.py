@@ -16,12 +16,7 @@ from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import fly, is_static, settle, update_momentum, wake_body
 from contactlaw.world.contacts.meeting import place_along
 from contactlaw.world.contacts.pace import LEAST_STEP, resting_duration, stays_closed, update_masses
-from contactlaw.world.contacts.touch import (
-    has_parted,
-    release,
-    update_geometry,
-    update_initial_overlap,
-)
+from contactlaw.world.contacts.touch import has_parted, release, update_geometry, update_initial_overlap
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at, tree_at
 from contactlaw.world.data.call import address, call_on_world, call_step, error_pending, ready
 from contactlaw.world.data.demand import IMPLICIT, STEP

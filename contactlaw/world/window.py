@@ -343,20 +343,11 @@ def list_bodies(w, root):
     return count
 
 
-def list_pairs(w, root):
-    """List the active pairs of an island in `w`; return how many."""
-    count, k = 0, body_at(w.bodies, root).head
-    while k >= 0:
-        set_whole(w.island_pairs, count, k)
-        count += 1
-        k = near_at(w.near, k).link
-    return count
+def list_pairs(w, root, bodies, substeps=NEVER, least=1.0):
+    """List the pairs of an island in `w`: all active ones, or if `substeps` is finite only those at hand.
 
-
-def list_at_hand(w, root, bodies, substeps, least):
-    """List the closed pairs of an island, and the open ones that can close in so many substeps like the next.
-
-    Bodies may go `least` [m] further in each. The list holds until one gets past its `path_end`. Returns how many.
+    These are closed, or can close in so many substeps like the next, in each of which bodies may go `least` [m]
+    further. The list holds until one gets past its `path_end`. Returns how many.
     """
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))

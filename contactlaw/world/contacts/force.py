@@ -14,7 +14,7 @@ from contactlaw.world.data.call import address, call_spin, ready
 from contactlaw.world.data.demand import SPIN
 from contactlaw.world.data.materials import law_numbers, law_of, memory_of, speed_numbers
 from contactlaw.world.data.records import TWIST_ALWAYS, TWIST_LATER
-from contactlaw.world.data.saved import restore_law_state
+from contactlaw.world.data.saved import KNOWN_NUMBERS, restore_contact
 from contactlaw.world.data.vec import dot, load, sub
 
 PROBE = 1e-4  # displacement for the slopes of a law by finite differences, over the overlap
@@ -96,7 +96,7 @@ def advance_from_saved(w, c, slot, moved, slide):
     """
     t = c.touch
     overlap, before, closing = t.overlap, t.before, t.closing
-    restore_law_state(w, slot)
+    restore_contact(w, slot, KNOWN_NUMBERS)
     t.overlap, t.before, t.closing = overlap, before, closing
     advance_contact(w, c, slot, moved, slide, 0.0, BY_ITSELF)
     return t.f, t.g, c.torsion.moment

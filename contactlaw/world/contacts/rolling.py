@@ -8,14 +8,7 @@ from contactlaw.laws.record import LASTING
 from contactlaw.world.bodies.motion import spin_change
 from contactlaw.world.contacts.force import is_quasi_static, rolling_resistance
 from contactlaw.world.data.access import body_at
-from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub
-
-
-def update_rolled(c, a, b):
-    """Set the angles [rad] by which A has rolled over B about both tangents in the last substep."""
-    e = load(c.tangent)
-    both = sub(load(a.twist), load(b.twist))
-    c.rolled[0], c.rolled[1] = dot(both, e), dot(both, cross(load(c.normal), e))
+from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale
 
 
 def advance_rolling(w, c, rate):

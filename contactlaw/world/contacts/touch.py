@@ -6,7 +6,6 @@ from contactlaw.laws.ellipse import share_along
 from contactlaw.laws.hertz import BY_ITSELF, greatest_overlap, hertz_stiffness
 from contactlaw.laws.record import OPEN
 from contactlaw.laws.step import reset
-from contactlaw.laws.torsion import RINGS
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.pair import DEEPEST
 from contactlaw.world.bodies.motion import JUMP, kick, moved_at, velocity_at
@@ -14,7 +13,7 @@ from contactlaw.world.contacts import force
 from contactlaw.world.contacts.ends import damped_end, elastic_end, single_end
 from contactlaw.world.contacts.meeting import meet_apart, meet_contact
 from contactlaw.world.contacts.pace import MASS_TURN, radius_where, share_of, update_masses
-from contactlaw.world.contacts.rolling import moment_of, update_rolled
+from contactlaw.world.contacts.rolling import moment_of
 from contactlaw.world.contacts.springs import SHARE, closing_by_others, press_spring
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, pair_at, shape_at
 from contactlaw.world.data.call import address, call_roll, ready
@@ -22,15 +21,9 @@ from contactlaw.world.data.demand import ROLL
 from contactlaw.world.data.materials import friction_of, law_of, memory_of, speed_numbers
 from contactlaw.world.data.quaternion import rotate
 from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED, RESIZED
+from contactlaw.world.data.saved import CONTACT_NUMBERS, LEDGER_NUMBER, contact_fields
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub, tangent
-from contactlaw.world.shapes.geometry import (
-    BACK,
-    is_ignored,
-    lies_over_face,
-    meet,
-    meet_near,
-    set_initial_overlap,
-)
+from contactlaw.world.shapes.geometry import BACK, is_ignored, lies_over_face, meet, meet_near, set_initial_overlap
 from contactlaw.world.trees.mobility import clear
 
 # [rad] up to which the tangent turns by the first term of the series x, and is normalised by that of a root: its square
@@ -64,14 +57,16 @@ def begin_contact(w, k, overlap):
             return False
         w.spares -= 1
         q.slot = whole_at(w.spare, w.spares)
-        clear_ledger(contact_at(w.contacts, q.slot))
+        clear(contact_fields(w, q.slot, 0, CONTACT_NUMBERS))
     q.closed = 1
     for i in range(q.first, q.first + q.places):  # others of both now look for other places
         other = near_at(w.near, i)
         if other.closed == 0:
             other.listed_gap, other.path_limit, other.checked, other.toi = -NEVER, -1.0, -1.0, 0.0
     c = contact_at(w.contacts, q.slot)
-    c.phase, c.near = CLOSED, k
+    link, before = c.link, c.initial_overlap
+    clear(contact_fields(w, q.slot, 0, LEDGER_NUMBER))
+    c.phase, c.near, c.link, c.initial_overlap = CLOSED, k, link, before
     c.shape_a, c.shape_b, c.body_a, c.body_b, c.pair = q.a, q.b, q.body_a, q.body_b, q.pair
     c.touches += 1
     t = c.touch
@@ -88,11 +83,6 @@ def begin_contact(w, k, overlap):
     store(c.arm_b, arm_b)
     if law.sectors != 0.0 and dot(along, along) > 0.0:
         set_ellipse(c, along, norm(along))
-    store(c.force, (0.0, 0.0, 0.0))
-    c.interval, c.closing_acceleration, c.end_weight, c.neighbours = 0.0, 0.0, 0.0, 0.0
-    clear_torsion(c.torsion)
-    c.pending_twist, c.twist_overlap, c.coasted_from = 0.0, 0.0, 0.0
-    c.bend[0], c.bend[1], c.bending[0], c.bending[1] = 0.0, 0.0, 0.0, 0.0
     update_masses(c, a, b)
     deep = pair_at(w.pairs, q.pair).relaxed != 0 and overlap > initial_overlap_limit(w, c)
     if deep or (overlap > 0.0 and lies_over_face(sa, a, sb, b, 0.0)):
@@ -103,7 +93,6 @@ def begin_contact(w, k, overlap):
     if law.speeds != 0.0:
         push = -dot(sub(load(a.acceleration), load(b.acceleration)), n)
         speeds.read(t, speed_numbers(w, pair_at(w.pairs, q.pair)), push, norm(axpy(t.closing, n, slide)))
-    c.first_substep = 0.0
     if overlap > TOUCHING * t.radius:
         w.late += 1
         w.latest = max(w.latest, overlap)
@@ -158,23 +147,6 @@ def update_geometry(w, c):
     store(c.arm_b, arm_b)
     c.touch.overlap = overlap - c.initial_overlap
     store(c.force, force_of(c))
-
-
-def clear_torsion(state):
-    """Set the state of torsion of a contact that has not spun."""
-    state.span, state.moment, state.stored = 0.0, 0.0, 0.0
-    for i in range(RINGS):
-        state.twists[i] = 0.0
-    for i in range(3):
-        state.missed[i] = 0.0
-
-
-def clear_ledger(c):
-    """Set the ledger of a contact, its initial overlap, and what has been noted of it to zero."""
-    c.initial_overlap, c.touches, c.duration, c.noted = 0.0, 0, 0.0, 0
-    c.deepest, c.strongest, c.normal_work, c.friction_work = 0.0, 0.0, 0.0, 0.0
-    store(c.impulse, (0.0, 0.0, 0.0))
-    store(c.earlier, (0.0, 0.0, 0.0))
 
 
 def end_contact(q, c):
@@ -275,7 +247,8 @@ def measure(w, c, a, b):
     store(c.moved, (dot(moved, e), dot(moved, f), force.twist_of(c, a, b)))
     law = law_of(w, pair_at(w.pairs, c.pair))
     if law.rolling != 0.0:
-        update_rolled(c, a, b)
+        rolled = sub(load(a.twist), load(b.twist))
+        c.rolled[0], c.rolled[1] = dot(rolled, e), dot(rolled, f)
     t.before = t.overlap
     t.overlap = overlap - c.initial_overlap
     press_spring(c, a, b, law.linear != 0.0)
@@ -314,7 +287,8 @@ def advance(w, c, slot, span):
     if c.coasted_from > 0.0:
         total, t.before, c.coasted_from = add(moved, load(c.coasted)), c.coasted_from, 0.0
     others = closing_by_others(c, a, b)
-    motion = others, side_by_side(a, b), SHARE * h * h * (others - c.spring / t.mass)
+    side_by_side = max(max(a.pressing if a.still == 0 else 1, b.pressing if b.still == 0 else 1), 1)  # dampers
+    motion = others, side_by_side, SHARE * h * h * (others - c.spring / t.mass)
     pressed = force.advance_contact(w, c, slot, total, scale(1.0 / h, moved), h, motion)
     if opening:
         inside = min(overlap / (overlap - min(before, 0.0)), 1.0)
@@ -338,12 +312,6 @@ def advance(w, c, slot, span):
     c.strongest = max(c.strongest, t.force)
     if t.force > 0.0:
         c.duration += h
-
-
-@jit_inline
-def side_by_side(a, b):
-    """Return how many closed contacts one of two bodies has, at most: the dampers of `hertz.normal_force`."""
-    return max(max(a.pressing if a.still == 0 else 1, b.pressing if b.still == 0 else 1), 1)
 
 
 @jit_inline

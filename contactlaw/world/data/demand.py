@@ -36,7 +36,7 @@ def supply(what: int) -> int:
     # what is announced, compile time [s], functions; the one asked for comes last, so that it implies the others
     made: dict[int, tuple[str, int, list[Any]]] = {
         STEP: ("", 0, [(STEP, step.step_once, call.call_step)]),
-        READ: ("states that are set back", 2, [(READ, state.read_at, call.call_read)]),
+        READ: ("states that are set back", 2, [(READ, state.read, call.call_read)]),
         IMPLICIT: ("persistent contacts", 8, [(IMPLICIT, implicit_step.take_implicit_steps, call.call_on_world)]),
         SLEEP: ("bodies that fall asleep", 1, [(SLEEP, sleep.sleep_if_balanced, call.call_on_island)]),
         ROLL: ("rolling resistance", 1, [(ROLL, rolling.advance_rolling, call.call_roll)]),

@@ -48,7 +48,7 @@ BODY = record(
     still="i8",  # 1: nothing moves it within this step
     touched="i8", placed="i8",  # 1: its step ends as the world has it, as after any impulse; the user has moved it
     path="f8", next_path="f8",  # [m] that its surface has moved in a window's substeps, at most, and may in the next
-    path_end="f8",  # [m] of `path`, see `window.list_at_hand`
+    path_end="f8",  # [m] of `path`, see `window.list_pairs`
     reach="f8",  # [m] from its centre of mass to the furthest centre, middle line or core of its shapes
     square_rate="f8", pressing="i8",  # see `pace.add_square_rate` [1/s^2]; how many are closed
     # its turn
@@ -356,6 +356,12 @@ class Arrays(NamedTuple):
                 place += 8 * size
         return self
 
+
+RECORDS = {
+    "bodies": BODY, "shapes": SHAPE, "pairs": PAIR, "near": NEAR, "contacts": CONTACT, "guards": GUARD, "trees": TREE,
+    "rows": ROW, "coasting": COASTING, "saved_bodies": BODY, "saved_contacts": CONTACT,
+}  # fmt: skip
+"""The kinds of records of arrays, by name."""
 
 WORLD = record(
     **dict.fromkeys(Arrays._fields[:-1], "u8"),  # addresses of the arrays, and their lengths

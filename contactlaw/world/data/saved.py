@@ -1,15 +1,18 @@
 """Copies of bodies and contacts, by address, to which they can be set back."""
 
+from numba import carray  # pyright: ignore[reportPrivateImportUsage]
+
 from contactlaw.jit import jit_module
 from contactlaw.laws.record import CONTACT_SIZE
 from contactlaw.laws.torsion import TORSION
-from contactlaw.memory import copy_wholes, same_wholes
+from contactlaw.memory import copy_wholes, doubles_at, same_wholes
 from contactlaw.world.data import records
-from contactlaw.world.data.access import body_at, contact_at
+from contactlaw.world.data.access import body_at
 
 KNOWN_NUMBERS = CONTACT_SIZE + TORSION.itemsize // 8 + 4  # the first fields of a contact, the state of its laws
 FIELDS = records.CONTACT.fields or {}
 EVALUATED_NUMBERS = FIELDS["force"][1] // 8  # of a contact that an evaluation in an implicit step may change
+LEDGER_NUMBER = FIELDS["impulse"][1] // 8  # number of a contact with which its ledger begins
 BODY_NUMBERS, CONTACT_NUMBERS = records.BODY.itemsize // 8, records.CONTACT.itemsize // 8
 
 
@@ -51,26 +54,24 @@ def copy_row(source, target, slot, size, count):
     copy_wholes(source + 8 * size * slot, target + 8 * size * slot, count)
 
 
+def contact_fields(w, slot, first, count):
+    """Return a view of `count` numbers of a contact's record from the one of number `first` on."""
+    return carray(doubles_at(w.contacts + 8 * (CONTACT_NUMBERS * slot + first)), count)
+
+
 def save_contact(w, slot):
     """Save a copy of the contact in a slot, and of its law's history."""
     copy_row(w.contacts, w.saved_contacts, slot, CONTACT_NUMBERS, CONTACT_NUMBERS)
     copy_row(w.memory, w.saved_memory, slot, w.memory_size, w.memory_size)
 
 
-def saved_contact(w, slot):
-    """Return the contact in a slot as it was saved."""
-    return contact_at(w.saved_contacts, slot)
-
-
 def restore_contact(w, slot, count=EVALUATED_NUMBERS):
-    """Set a contact, but for its ledger, and its law's history back to the saved copy. count: of its first numbers."""
+    """Set a contact, but for its ledger, and its law's history back to the saved copy.
+
+    count: of its first numbers; KNOWN_NUMBERS: the state of its laws alone.
+    """
     copy_row(w.saved_contacts, w.contacts, slot, CONTACT_NUMBERS, count)
     copy_row(w.saved_memory, w.memory, slot, w.memory_size, w.memory_size)
-
-
-def restore_law_state(w, slot):
-    """Set the state of a contact's laws alone, and their history, back to the saved copy."""
-    restore_contact(w, slot, KNOWN_NUMBERS)
 
 
 jit_module(__name__)

@@ -13,7 +13,6 @@ from contactlaw.world.contacts.touch import TOUCHING
 from contactlaw.world.data.access import body_at, contact_at, near_at, row_at, shape_at, tree_at
 from contactlaw.world.data.kinds import DISC, SEGMENT, SIDE
 from contactlaw.world.data.records import NEVER
-from contactlaw.world.data.saved import saved_contact
 from contactlaw.world.data.vec import cross, dot, load, norm, sub, to_body, to_world
 from contactlaw.world.near.time_of_impact import find_gap
 from contactlaw.world.shapes.core import CROWN
@@ -152,7 +151,7 @@ def changes_regime(w, pairs):
                 return True
         if r.slot >= 0 and r.fresh == 0:
             c = contact_at(w.contacts, r.slot)
-            start, now = saved_contact(w, r.slot).touch, c.touch
+            start, now = contact_at(w.saved_contacts, r.slot).touch, c.touch
             if now.overlap <= 0.0 and start.overlap > 0.0:
                 return True
             far = force.slide_to_slip(now)

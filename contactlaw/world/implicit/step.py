@@ -25,7 +25,7 @@ from contactlaw.world.contacts.springs import UNKNOWN
 from contactlaw.world.contacts.touch import add_work, end_contact, force_of
 from contactlaw.world.data.access import body_at, contact_at, near_at, row_at, tree_at
 from contactlaw.world.data.call import call_with_body
-from contactlaw.world.data.quaternion import load4, product, rotation_vector
+from contactlaw.world.data.quaternion import conjugate, load4, product, rotation_vector, store4
 from contactlaw.world.data.records import AGED, NEVER, PAUSE_LIMIT
 from contactlaw.world.data.saved import restore_body, restore_contact, save_body, save_contact, saved_body
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, load, norm, scale, store, sub
@@ -68,7 +68,8 @@ def take_implicit_steps(w):
     some = False
     for k in range(w.islands):
         root = whole_at(w.roots, k)
-        bodies, pairs = list_bodies(w, root), list_pairs(w, root)
+        bodies = list_bodies(w, root)
+        pairs = list_pairs(w, root, bodies)
         if is_due(w, bodies) and is_persistent(w, bodies, pairs) and take_step(w, bodies, pairs):
             fall_asleep(w, bodies, pairs)
             some = True
@@ -324,8 +325,7 @@ def place_body(w, k, stage, time):
                 x[i] = before[i] + stage * v[i]
             call_with_body(t.move_from_start, b)
         store(b.shift, sub(load(b.position), load(start.position)))
-        back = start.quaternion[0], -start.quaternion[1], -start.quaternion[2], -start.quaternion[3]
-        store(b.twist, rotation_vector(product(load4(b.quaternion), back)))
+        store(b.twist, rotation_vector(product(load4(b.quaternion), conjugate(load4(start.quaternion)))))
         turned = norm(load(b.twist))
         b.turned, b.path = start.turned + turned, norm(load(b.shift)) + turned * b.reach
         return
@@ -339,8 +339,7 @@ def place_body(w, k, stage, time):
         store(b.twist, scale(time, load(b.spin)))
     b.path = norm(load(b.shift)) + norm(load(b.twist)) * b.reach
     store(b.position, add(load(start.position), load(b.shift)))
-    for i in range(4):
-        b.quaternion[i] = start.quaternion[i]
+    store4(b.quaternion, load4(start.quaternion))
     b.turned = start.turned
     store(b.pending_turn, load(b.twist))
     settle(b)

@@ -34,12 +34,10 @@ def find_pressed(w):
             mark_pressed(b)
     for i in range(w.body_count):  # after closed pairs: a tree that is pressed needs no gaps
         gaps_needed = gaps_needed or needs_gap(body_at(w.bodies, i))
-    for k in range(w.guard_count if gaps_needed and not placed else 0):
-        g = guard_at(w.guards, k)
-        if g.lead == k:
-            update_guard(w, g, 2.0 * w.step)
     for k in range(w.guard_count if gaps_needed else 0):
         g = guard_at(w.guards, k)
+        if g.lead == k and not placed:
+            update_guard(w, g, 2.0 * w.step)
         if needs_gap(body_at(w.bodies, g.body_a)) or needs_gap(body_at(w.bodies, g.body_b)):
             separate_at_start(w, g)
     for k in range(w.nears if gaps_needed else 0):

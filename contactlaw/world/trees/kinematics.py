@@ -34,9 +34,7 @@ def add_to_coordinates(t):
         if joint.kind >= SLIDE:
             q[k] += x[m]
             continue
-        own = unit(product((q[k], q[k + 1], q[k + 2], q[k + 3]), rotation((x[m], x[m + 1], x[m + 2]))))
-        for n in range(4):
-            q[k + n] = own[n]
+        store4(q[k:], unit(product(load4(q[k:]), rotation(load(x[m:])))))
 
 
 def move(t):
