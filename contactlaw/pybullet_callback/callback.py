@@ -172,7 +172,7 @@ class ContactCallback:
         """Set the state that `save` returned.
 
         Raises:
-            ValueError: Contacts have been added or removed since.
+            ValueError: Contacts have been added or removed since, or bodies have got a mass or lost it.
         """
         self._scene.restore(saved)
         NEXT.pop(self._client, None)

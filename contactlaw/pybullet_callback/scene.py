@@ -27,7 +27,7 @@ BODY_STATE = ("asleep", "held", "momentum", "position", "quaternion", "axes")
 class Saved(NamedTuple):
     """State of a scene for a restart."""
 
-    shapes: tuple[Key, ...]
+    rows_of: tuple[tuple[Key, int], ...]  # those of the bodies that have shapes
     handles: tuple[int, ...]
     arrays: Arrays
     rows: np.ndarray
@@ -146,16 +146,20 @@ class Scene:
         arrays = self.bodies.arrays
         return ledger(arrays.pairs, arrays.contacts, self._handles.index(handle))
 
+    @property
+    def _rows_of(self) -> tuple[tuple[Key, int], ...]:
+        return tuple((key, self._row[key]) for key in self.shapes)
+
     def save(self) -> Saved:
         """Return a copy of all state."""
         bodies = self.bodies
         jointed = [one.save() for one in bodies.trees]
-        return Saved(tuple(self.shapes), self._handles, kept(bodies.arrays), bodies.rows.copy(), jointed)
+        return Saved(self._rows_of, self._handles, kept(bodies.arrays), bodies.rows.copy(), jointed)
 
     def restore(self, saved: Saved) -> None:
         """Set the state to a saved one; ValueError if it is not of these contacts."""
-        if not isinstance(saved, Saved) or (saved.shapes, saved.handles) != (tuple(self.shapes), self._handles):
-            raise ValueError("saved: is not what `save` gave, or contacts have been added or removed since")
+        if not isinstance(saved, Saved) or (saved.rows_of, saved.handles) != (self._rows_of, self._handles):
+            raise ValueError("saved: is not what `save` gave, or contacts or masses have been added or removed since")
         bodies, arrays = self.bodies, restored(saved.arrays, self.bodies.arrays)
         bodies.rows[:] = saved.rows
         bodies.bind(arrays)

@@ -47,6 +47,21 @@ def test_restart_within_a_contact_is_exact(client: int, dt: float, before: int) 
         callback.restore(saved)
 
 
+def test_a_saved_state_is_of_bodies_that_have_mass(client: int) -> None:
+    """Of two balls the first one loses it: what moves comes first, so their states would be taken for each other's."""
+    balls = [ball(client, [0.2 * i, 0, RADIUS], [0, 0, -0.1]) for i in range(2)]
+    callback, _ = in_contact(client, balls, plane(client), pair_of())
+    step(callback)
+    saved = callback.save()
+    p.changeDynamics(balls[0], -1, mass=0.0, physicsClientId=client)
+    callback.look()
+    with pytest.raises(ValueError, match="contacts or masses have been added or removed since"):
+        callback.restore(saved)
+    p.changeDynamics(balls[0], -1, mass=1.0, physicsClientId=client)
+    callback.look()
+    callback.restore(saved)
+
+
 def test_sets_meet_each_pair_once(client: int) -> None:
     floor, wall = plane(client), plane(client)
     balls = [ball(client, [0.2 * i, 0, RADIUS + 1e-3], [0, 0, -1.0], radius=RADIUS) for i in range(3)]
