@@ -19,7 +19,7 @@ from contactlaw.mujoco_plugin.notices import reported_of, watched_ranges
 from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.data.demand import STEP, supply
-from contactlaw.world.data.frames import IDENTITY, Pose
+from contactlaw.world.data.frames import IDENTITY, UNTURNED, Pose
 from contactlaw.world.data.kinds import CORNER, EDGE
 from contactlaw.world.data.records import Arrays
 from contactlaw.world.state import size as state_size
@@ -159,9 +159,9 @@ class Model:
         """Add bodies to the world: first free bodies, then kinematic trees, then mocap bodies and the world's own."""
         m, root = self._m, self._roots
         carriers = sorted({body for body, _ in self._carriers.values()})
-        free = self._free
+        free, alike = self._free, ~m.body_ipos.any(1) & (m.body_iquat == UNTURNED).all(1)
         for body in (body for body in carriers if free[body]):
-            pose = Pose(m.body_ipos[body].copy(), m.body_iquat[body].copy())
+            pose = IDENTITY if alike[body] else Pose(m.body_ipos[body].copy(), m.body_iquat[body].copy())
             row = self._world.add_body(float(m.body_mass[body]), m.body_inertia[body])
             self._rows[body], self._frames[body] = row, pose.inverse()
             self._frees.append({

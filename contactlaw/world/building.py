@@ -109,14 +109,16 @@ class Building(Shapes):
         """
         heavy = isinstance(mass, Real) and mass == inf
         moments, frame = (np.full(3, inf), UNTURNED) if heavy else principal(inertia)
-        isotropic = bool(heavy or np.ptp(moments) == 0.0)
+        isotropic = moments.min() == moments.max()
         own = unit_quaternion("quaternion", quaternion)
         own = own if frame is UNTURNED else product(own, frame)
+        given = {"position": position, "velocity": velocity, "spin": spin}
         self._new_bodies.append({
-            "position": checks.vector("position", position), "velocity": checks.vector("velocity", velocity),
-            "spin": checks.vector("spin", spin), "quaternion": own, "axes": matrix_of(own).ravel(),
+            name: checks.vector(name, value) for name, value in given.items() if value is not ORIGIN
+        } | {
+            "quaternion": own, "axes": matrix_of(own).ravel(),
             "inverse_mass": 0.0 if heavy else 1.0 / checks.positive("mass", mass), "inverse_inertia": 1.0 / moments,
-            "isotropic": isotropic, "oriented": not isotropic, "acceleration": (not heavy) * self.gravity,
+            "isotropic": isotropic, "oriented": not isotropic, "acceleration": ORIGIN if heavy else self._gravity,
         })  # fmt: skip
         self._frames.append(frame)
         return len(self._frames) - 1

@@ -247,7 +247,7 @@ def test_a_ball_that_rattles_between_two_walls_keeps_its_speed(make: Make, mater
     """Several impacts a step, and nothing is warned of; speeds such that the overlap stays small."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        for gap in (2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2):
+        for gap in (2e-4, 1e-3, 5e-3, 2e-2):
             world = make(dt)
             world.ball("ball", RADIUS, MASS, [0.0, 0.0, RADIUS + 0.3 * gap])
             world.plane("floor")

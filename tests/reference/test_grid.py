@@ -206,15 +206,14 @@ def test_straight_impacts_extrapolate_to_the_annuli(psi_1, nu):
     assert error < 1e-2
 
 
-@pytest.mark.parametrize(("sigma", "change"), [(0.05, -0.010), (0.1, -0.037)])
-def test_spin_changes_the_rebound_by_its_square(sigma, change):
+def test_spin_changes_the_rebound_by_its_square():
     chi = [BALL, BALL, 0.0]
 
     def run(m):
-        return np.array([grid.rebound([0.5, 0.0, s], chi, cells=m, steps=8 * m)[0] for s in (0.0, sigma)])
+        return np.array([grid.rebound([0.5, 0.0, s], chi, cells=m, steps=8 * m)[0] for s in (0.0, 0.05, 0.1)])
 
-    still, spinning = extrapolated(run, 8)[0]
-    assert spinning - still == pytest.approx(change, abs=3e-3)
+    still, *spinning = extrapolated(run, 8)[0]
+    assert spinning - still == pytest.approx([-0.010, -0.037], abs=3e-3)
 
 
 def test_spin_of_a_light_ball_is_braked_and_no_energy_appears():

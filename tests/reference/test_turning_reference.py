@@ -42,7 +42,7 @@ def test_rings_and_grid_agree_on_a_circle():
 def test_spin_changes_the_rebound_as_an_earlier_grid_said():
     def psi_2(sigma):
         chi = [BALL, BALL, 0.0]
-        return extrapolated(lambda m: grid.rebound([0.5, 0.0, sigma], chi, cells=m, steps=8 * m), 16)[0][0]
+        return extrapolated(lambda m: grid.rebound([0.5, 0.0, sigma], chi, cells=m, steps=8 * m), 8)[0][0]
 
     still = psi_2(0.0)
     assert still == pytest.approx(annulus.rebound_extrapolated(0.5, BALL)[0], abs=1e-3)
@@ -57,4 +57,4 @@ def test_saved_figures_computed_anew_and_coarser():
     for chi_1, chi_2, psi, heading, *known, _ in SAVED["uneven"][7::30]:
         assert turning_data.uneven_rebound([chi_1, chi_2], psi, heading, 16)[0] == pytest.approx(known, abs=5e-3)
     for nu, chi_s, psi, sigma, *known, _ in SAVED["spinning"][12::50]:
-        assert turning_data.spinning_rebound(nu, chi_s, psi, sigma, 12)[0] == pytest.approx(known, abs=5e-3)
+        assert turning_data.spinning_rebound(nu, chi_s, psi, sigma, 8)[0] == pytest.approx(known, abs=5e-3)

@@ -12,7 +12,9 @@ from contactlaw.world.data.records import Array
 
 ALIKE = 1e-12  # relative difference of moments of inertia that are equal
 
-ORIGIN, UNTURNED = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
+ORIGIN, UNTURNED, UNIT = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]), np.eye(3)
+for _constant in (ORIGIN, UNTURNED, UNIT):
+    _constant.flags.writeable = False
 CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
 """Factors of the components of a quaternion that make the one of the inverse rotation."""
 
@@ -39,8 +41,8 @@ def product(p: Array, q: Array) -> Array:
 def matrix_of(q: Array) -> Array:
     """Return the rotation matrix (3, 3) of a unit quaternion."""
     w, v = q[0], q[1:]
-    if not v.any():
-        return np.eye(3)
+    if q is UNTURNED or not v.any():
+        return UNIT
     skew = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
     return np.eye(3) + 2.0 * w * skew + 2.0 * skew @ skew
 
@@ -72,7 +74,7 @@ class Pose(NamedTuple):
 
     def inverse(self) -> Pose:
         """Return the pose of the outer frame in this one."""
-        if not self.place.any() and (self.turn == UNTURNED).all():
+        if self is IDENTITY or (not self.place.any() and (self.turn == UNTURNED).all()):
             return IDENTITY
         turn = self.turn * CONJUGATE
         return Pose(-matrix_of(turn) @ self.place, turn)

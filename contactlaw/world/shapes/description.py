@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from contactlaw import checks
 from contactlaw.world.data import kinds
-from contactlaw.world.data.frames import matrix_of, turn_to, unit_quaternion
+from contactlaw.world.data.frames import UNIT, matrix_of, turn_to, unit_quaternion
 from contactlaw.world.data.kinds import BOX, CORNER, CYLINDER, DISC, EDGE, HEIGHT_FIELD, HULL, PLANE, SIDE
 from contactlaw.world.data.records import Array
 from contactlaw.world.shapes import field_surface
@@ -182,11 +182,12 @@ class Shapes:
         sizes: radius, half length or half lengths [m]. quaternion: of axes of which the third is the shape's own.
         points: of a mesh, whose hull it is, or the heights of an "hfield"; without them such kinds make no shape.
         """
-        axis, (first, second, *_) = matrix_of(quaternion)[:, 2], (*map(float, sizes), 0.0, 0.0)
-        if kind == "capsule":
-            return list(self.add_capsule(body, first, second, at, axis))
+        first, second, *_ = *sizes.tolist(), 0.0, 0.0
         if kind == "sphere":
             return [self.add_sphere(body, first, at)]
+        axis = matrix_of(quaternion)[:, 2]
+        if kind == "capsule":
+            return list(self.add_capsule(body, first, second, at, axis))
         if kind == "plane":
             return [self.add_plane(body, at, axis)]
         if kind == "box":
@@ -207,7 +208,7 @@ class Shapes:
 
     def _placed(self, kind: int, body: int | None, at: ArrayLike, **own: Array) -> Fields:
         """Return the fields that place a shape on a body, or the world: None, converted to the principal axes."""
-        row, turn = (0, np.eye(3)) if body is None else (self._body(body), matrix_of(self._frames[body]).T)
+        row, turn = (0, UNIT) if body is None else (self._body(body), matrix_of(self._frames[body]).T)
         place = {"kind": kind, "body": row, "at": turn @ checks.vector("at", at)}
         return place | {name: (turn @ value).ravel() for name, value in own.items()}
 
