@@ -90,17 +90,16 @@ def _group(psi: Array, chi: Array, restitution: float, chi_class: int, law: Law,
 
 @lru_cache(maxsize=64)
 def _impacts(law: Law, zeta: float, steps: int) -> Impacts:
-    """Return the function for whole impacts under a law: the law's own, or integration in steps."""
-    return law.impacts(zeta, steps) or partial(_by_steps, law, zeta, steps)
+    """Return the function for whole impacts under a law: its own, or one that integrates them in steps.
 
-
-def _by_steps(law: Law, zeta: float, steps: int, psi: Array, chi: Array, out: Array) -> None:
-    """Integrate whole impacts in steps, in units with m = V_z1 = 1, P = delta^1.5 and kappa = mu = 1."""
+    Units are such that m = V_z1 = 1, P = delta^1.5 and kappa = mu = 1.
+    """
+    if own := law.impacts(zeta, steps):
+        return own
     motion = normal_motion(zeta, steps, law.linear)
     deepest = LINEAR_STIFFNESS**-2 if law.linear else motion.deepest  # linear: P = delta
-    single.impacts_by_steps(
-        law.with_pair(*SCALED, zeta, 1.0, 1.0, 0.0), *law.new_contact(), motion, deepest, psi, chi, out
-    )
+    numbers = law.with_pair(*SCALED, zeta, 1.0, 1.0, 0.0)
+    return partial(single.impacts_by_steps, numbers, *law.new_contact(), motion, deepest)
 
 
 def check_steps(steps: int, chi: float) -> None:

@@ -24,10 +24,7 @@ Array = NDArray[np.float64]
 Impacts = Callable[[Array, Array, Array], object]
 
 MOST_VECTORS = 512  # that a law remembers
-FORMS = (  # of a law's force, stiffness and energy
-    "contact, law, memory, du, dv, dt), and return two numbers", "contact, law), and return a number",
-    "contact, law, memory), and return a number",
-)  # fmt: skip
+FORMS = "contact, law, memory, du, dv, dt", "contact, law", "contact, law, memory"  # of force, stiffness and energy
 PACKAGE = Path(__file__).parents[1]  # folder of the sources that key the cache
 
 
@@ -69,7 +66,7 @@ class Law:
 
     def __post_init__(self) -> None:
         if not callable(getattr(self, "force", None)):
-            raise TypeError(f"{type(self).__name__}: has no force(contact, law, memory, du, dv, dt)")
+            raise TypeError(f"{type(self).__name__}: has no force({FORMS[0]})")
         checks.count(f"{type(self).__name__}.memory", self.memory, 0, MOST_VECTORS)
         for field in fields(self):
             value = getattr(self, field.name)
@@ -165,7 +162,8 @@ def _addresses(given: tuple[Callable[..., Any], ...], numbers: np.dtype, memory:
             raise IndexError(f"{one.__qualname__}: memory = {memory}, of shape (2, {memory}): {error}") from error
         except Exception as error:  # numba's, of any kind, which may not tell the function
             names = ", ".join((numbers.names or ())[1:]) or "none"
-            hint = f"; must be a static method, take ({form}"
+            back = "two numbers" if form == FORMS[0] else "a number"
+            hint = f"; must be a static method, take ({form}), and return {back}"
             hint = f", no field of contact, nor of law; those of law: {names}" if isinstance(error, KeyError) else hint
             what = f"numba cannot compile it: {type(error).__name__}: {error}{hint}"
             raise TypeError(f"{one.__qualname__}: {what}") from error

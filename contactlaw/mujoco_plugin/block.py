@@ -100,7 +100,8 @@ JOINTED = record(
 
 SPRING = record(
     row="i8",  # of its lever arms: in the moments of actuators, or number of the tendon
-    actuator="i8",  # a servo; -1: a tendon; -2: an actuator that has inertia alone
+    tendon="i8",  # 1: of a tendon
+    servo="i8",  # number of the actuator; -1: it is none, it has inertia alone
     armature="f8",  # [kg] or [kg m^2], its inertia
 )
 """What acts like a spring, or has inertia, along the length of an actuator's transmission or of a tendon."""

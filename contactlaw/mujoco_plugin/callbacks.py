@@ -26,7 +26,7 @@ from contactlaw.world.data.demand import READ as READ_STATE
 from contactlaw.world.data.demand import STEP
 from contactlaw.world.data.records import RESIZED
 from contactlaw.world.data.vec import cross, load, scale, store
-from contactlaw.world.near.following import follow, may_follow, part
+from contactlaw.world.near.passing import follow, may_follow, part
 from contactlaw.world.sleep import is_at_rest
 from contactlaw.world.state import forget_motion, unused_span, write
 from contactlaw.world.step import FIND_PRESSED, FIXED_ROOM

@@ -95,13 +95,13 @@ def read_springs(head, j, t):
             springs[k, k] += share
     for i in range(j.first_spring, j.first_spring + j.spring_count):
         s = spring_at(head.springs, i)
-        if s.actuator < 0:
-            if s.actuator == -1 and head.lag == 0.0:
-                read_tendon_spring(head, j, t, s.row)
+        if s.tendon != 0 and head.lag == 0.0:
+            read_tendon_spring(head, j, t, s.row)
+        if s.servo < 0:
             continue
         force = doubles_at(d.actuator_force)[s.row]
-        stiffness = -doubles_at(m.actuator_biasprm)[layout.BIAS * s.actuator + 1]
-        if force == 0.0 or not stiffness > 0.0 or at_limit(force, floats(m.actuator_forcerange, 2 * s.actuator, 2)):
+        stiffness = -doubles_at(m.actuator_biasprm)[layout.BIAS * s.servo + 1]
+        if force == 0.0 or not stiffness > 0.0 or at_limit(force, floats(m.actuator_forcerange, 2 * s.servo, 2)):
             continue
         read_arms(head, j, t, s)
         gains = False
@@ -169,7 +169,7 @@ def read_tendon_spring(head, j, t, tendon):
 def read_arms(head, j, t, s):
     """Write the lever arms of an actuator or a tendon into x."""
     d = data_at(head.data, 0)
-    if s.actuator == -1:
+    if s.tendon != 0:
         read_tendon(head, j, t, s.row)
     else:
         first, count = entry(d.moment_rowadr, s.row), entry(d.moment_rownnz, s.row)

@@ -55,14 +55,16 @@ class Model:
         self._frames: dict[int, Pose] = {}  # of moving bodies: MuJoCo's body frame in the principal axes
         self._trees: list[dict[str, Any]] = []
         self._place_of_v = np.full((2, view.nv), -1)  # of each velocity its place in its tree, and the tree's number
-        self._spring_rows: list[dict[str, int]] = []
+        self._spring_rows: list[dict[str, Any]] = []
         self._places: list[NDArray[np.int64]] = []  # of the coordinates and the velocities of each tree
         self._frees: list[dict[str, Any]] = []
         self._mocaps: list[dict[str, Any]] = []
         self._add_bodies()
-        given = [one for one in self._contacts if one.contact.rounding is not None]
         # of each geom its pose in the principal axes of the body that carries it
-        self._poses = {geom: self._pose_of(geom) for geom in geoms}
+        own = {geom: Pose(view.geom_pos[geom], view.geom_quat[geom]) for geom in geoms}
+        on = self._carriers.items()
+        self._poses = {geom: self._frames.get(body, IDENTITY).then(pose.then(own[geom])) for geom, (body, pose) in on}
+        given = [one for one in self._contacts if one.contact.rounding is not None]
         self._roundings = {geom: one.contact.rounding for one in given for geom in one.geoms}
         self._shapes = {geom: self._add_shape(geom) for geom in geoms}
         for instance in self._contacts:
@@ -187,7 +189,7 @@ class Model:
                 "tree": tree, "q": at, "v": at + rows.q_of.size, "base": base,
                 "first_spring": len(self._spring_rows), "spring_count": len(springs),
             })  # fmt: skip
-            self._spring_rows += [{"row": row, "actuator": one, "armature": own} for row, one, own in springs]
+            self._spring_rows += [dict(zip(SPRING.names or (), spring, strict=True)) for spring in springs]
             self._places += [rows.q_of, rows.v_of]
         bases = {self._carrier(tree["base"])[0] for tree in self._trees}
         for body in sorted({*carriers, *(base for base in bases if m.body_mocapid[base] >= 0)}):
@@ -241,17 +243,17 @@ class Model:
         return np.flatnonzero((self._m.tendon_stiffness != 0.0) | (self._m.tendon_armature != 0.0)).tolist()
 
     @cached_property
-    def _springs(self) -> dict[tuple[int, int, float], list[int]]:
+    def _springs(self) -> dict[tuple[int, int, int, float], list[int]]:
         """The velocities of each `block.SPRING`, of its tendon, or of its actuator's joint or tendon; by its fields."""
         m = self._m
         tendons = self._taut if layout.TENDON_ROWS else []
-        out = {(one, -1, float(m.tendon_armature[one])): self._velocities("tendon", one) for one in tendons}
+        out = {(one, 1, -1, float(m.tendon_armature[one])): self._velocities("tendon", one) for one in tendons}
         rows = getattr(m, "actuator_outadr", range(len(m.actuator_biastype)))
         inertia = getattr(m, "actuator_armature", np.zeros(len(rows)))  # from 3.7
         servos = m.actuator_biastype == int(mujoco.mjtBias.mjBIAS_AFFINE)
         for actuator in np.flatnonzero(servos | (inertia != 0.0)).tolist():
             what = TRANSMISSIONS.get(_TRN(int(m.actuator_trntype[actuator])), "")
-            own = int(rows[actuator]), actuator if servos[actuator] else -2, float(inertia[actuator])
+            own = int(rows[actuator]), 0, actuator if servos[actuator] else -1, float(inertia[actuator])
             out[own] = self._velocities(what, int(m.actuator_trnid[actuator, 0]))
         return {spring: sorted(own) for spring, own in out.items() if own}
 
@@ -280,12 +282,6 @@ class Model:
             whole = set[int]().union(*(joined[root] for root in roots - led))
             joined |= dict.fromkeys(whole, whole)
         return {root: sorted(system) for root, system in joined.items()}
-
-    def _pose_of(self, geom: int) -> Pose:
-        """Return the pose of a geom in the principal axes of the body that carries it."""
-        carrier, pose = self._carriers[geom]
-        own = Pose(self._m.geom_pos[geom], self._m.geom_quat[geom])
-        return self._frames.get(carrier, IDENTITY).then(pose.then(own))
 
     def _add_shape(self, geom: int) -> list[int]:
         """Add a geom to its body in the world; return the numbers of the shapes that it makes."""

@@ -17,7 +17,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit_module
 from contactlaw.memory import caller, same_wholes, set_whole, whole_at
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import checksums, shifted
@@ -72,13 +72,11 @@ def forget_reports(address: int) -> None:
         codes[:] = 0
 
 
-@jit
 def report_once(head, code, value):
     """Report something of the model as a whole, unless it has been reported."""
     report_if_new(head, 0, code, value, -1, -1)
 
 
-@jit
 def report_if_new(head, instance, code, value, a, b):
     """Report a code about two geoms of an instance, unless it has been reported of the instance."""
     said = whole_at(head.reported, instance)
@@ -87,7 +85,6 @@ def report_if_new(head, instance, code, value, a, b):
         send_report(head, code, value, a, b)
 
 
-@jit
 def send_report(head, code, value, a, b):
     """Call Python with a code, a value, and the geoms that it is about; -1: the model as a whole."""
     table = world_at(head.world, 0).demand
@@ -95,7 +92,6 @@ def send_report(head, code, value, a, b):
     raise_later(table)
 
 
-@jit
 def report_contacts(head, w):
     """Report what is doubtful about contacts, and contacts without room."""
     for k in range(w.nears):
@@ -166,7 +162,6 @@ def update_watched(head: Any) -> dict[str, list[int]]:
     return found
 
 
-@jit
 def is_edited(head):
     """Return whether any watched number differs from its copy; heights count where an episode begins."""
     goes_on = data_at(head.data, 0).time != 0.0 and checksums(head).token == head.token
@@ -178,3 +173,6 @@ def is_edited(head):
             return True
         kept = shifted(kept, count)
     return False
+
+
+jit_module(__name__)

@@ -26,7 +26,6 @@ from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.world.data.access import body_at, contact_at, world_at
 from contactlaw.world.data.records import CLOSED, FREE
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, store, sub, to_world
-from contactlaw.world.near.listing import count_slots
 from contactlaw.world.trees.mobility import clear, copy
 
 NUMBERS = 10  # values of the law's own sensor: count, force, moment, point
@@ -124,7 +123,6 @@ def gather_wrenches(head, mean):
     w, found = world_at(head.world, 0), False
     owner, d = model_at(head.model, 0).geom_bodyid, data_at(head.data, 0)
     loads = floats(head.loads, 0, 6 * head.body_count)
-    count_slots(w)
     clear(loads)
     for slot in range(w.slots):
         c = contact_at(w.contacts, slot)

@@ -14,9 +14,9 @@ from contactlaw.world.data.demand import STEP
 from contactlaw.world.data.quaternion import conjugate, load4, product, rotation_vector, store4
 from contactlaw.world.data.records import CLOSED, FREE, NEVER
 from contactlaw.world.data.vec import add, axpy, dot, load, norm, scale, store, sub
-from contactlaw.world.near.following import follow, may_follow, part
 from contactlaw.world.near.guards import any_guard_exceeded, surface_speed
 from contactlaw.world.near.listing import list_near, may_leave_margin
+from contactlaw.world.near.passing import follow, may_follow, part
 from contactlaw.world.readout import doubts_of
 from contactlaw.world.shapes.geometry import meet
 from contactlaw.world.sleep import is_at_rest
@@ -36,9 +36,7 @@ def begin_step(block):
     found = read_bodies(head, w)
     if found != 0:
         return found
-    if head.simple == 0 or w.spares < w.contact_room or w.step != head.dt:
-        return select_pushed(block)
-    if not all_pass(head, w):
+    if head.simple == 0 or w.spares < w.contact_room or w.step != head.dt or not all_pass(head, w):
         return select_pushed(block)
     for k in range(head.singles):
         r = rows.row_at(head.rows, k)

@@ -36,7 +36,7 @@ from contactlaw.world.data.frames import CONJUGATE, IDENTITY, UNTURNED, Pose
 from contactlaw.world.data.quaternion import conjugate, load4, turn_by
 from contactlaw.world.data.records import BALL, Array, Arrays
 from contactlaw.world.data.vec import load, store
-from contactlaw.world.near.following import overlaps
+from contactlaw.world.near.passing import overlaps
 from contactlaw.world.trees.description import Joint, Part, records_of
 from contactlaw.world.trees.kinematics import is_free, vector
 from contactlaw.world.trees.mobility import clear, copy
@@ -211,7 +211,7 @@ class Tree:
         take_response(self._block, dt)
 
     def write_back(self, dt: float) -> None:
-        """Write the tree to PyBullet after the world's step, if a contact has touched it, or see `near.following`."""
+        """Write the tree to PyBullet after the world's step, if a contact has touched it, or see `near.passing`."""
         if find_end(self._block, self._world_block, dt):
             self.write(self.numbers["new_q"], self.numbers["new_v"])
 
@@ -352,7 +352,7 @@ def armature_of(own, motor, inertia, sizes, dt):
 
 
 def find_end(block, world, dt):
-    """After the world's step: find what is to be written, if a contact has touched the tree, or see `near.following`.
+    """After the world's step: find what is to be written, if a contact has touched the tree, or see `near.passing`.
 
     Returns whether there is. If a contact is closed, finds the push of the contacts too.
     """

@@ -210,6 +210,7 @@ def with_contacts_of(one: Arrays, old: Arrays, shapes: dict[int, int]) -> Arrays
         one = with_more_room(one) if one.world["spares"][0] == 0 else one
         one.world["spares"] -= 1
         new = int(one.spare[one.world["spares"][0]])
+        one.world["slots"] = max(one.world["slots"][0], new + 1)
         own, size = one.contacts[new : new + 1], min(one.memory.shape[1], old.memory.shape[1])
         own[0], own["pair"], own["near"] = c, pair, -1
         for side, shape in (("a", a), ("b", b)):

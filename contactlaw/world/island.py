@@ -10,14 +10,7 @@ from contactlaw.jit import jit_inline, jit_module
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.bodies.bounds import time_to_close
 from contactlaw.world.bodies.motion import acceleration_of, closing_at, drift, fly, greatest_closing, settle, turn_rate
-from contactlaw.world.contacts.pace import (
-    add_square_rate,
-    is_jointed,
-    longest_substep,
-    radius_of,
-    substeps_per_impact,
-    touch_duration,
-)
+from contactlaw.world.contacts import pace
 from contactlaw.world.contacts.springs import clear_push, push_by_coasting
 from contactlaw.world.contacts.touch import TOUCHING, advance, apply_force, begin_contact, end_contact, measure
 from contactlaw.world.data.access import body_at, coasting_at, contact_at, near_at
@@ -104,7 +97,7 @@ def fly_to_touch(w, bodies, pairs, t, now, until):
                 if (p.toi <= t + soon or (number == 0 and (new or p.toi < until))) and p.checked != t:
                     predict(w, p, t)
                 first = min(first, p.toi)
-                touches = p.toi <= t + soon and p.gap <= TOUCHING * radius_of(w, p, a, b)
+                touches = p.toi <= t + soon and p.gap <= TOUCHING * pace.radius_of(w, p, a, b)
                 if touches and begin_contact(w, k, -p.gap):
                     closed = True
                 if p.toi < until:  # the others stay apart in this flight
@@ -161,7 +154,7 @@ def take_substeps(w, root, listed, t, now, until):
     since_review, going, closed = 0, True, 0
     joints, whole = False, True  # whole: the list is
     for i in range(bodies):
-        joints = joints or is_jointed(body_at(w.bodies, whole_at(w.island_bodies, i)))
+        joints = joints or pace.is_jointed(body_at(w.bodies, whole_at(w.island_bodies, i)))
     while going:
         since_review += 1
         left = until - t - h
@@ -326,13 +319,13 @@ def measure_open_pair(w, k, reach, span, few):
         gap, closing = -overlap, closing_at(a, arm_a, b, arm_b, n)
         if 0.0 <= gap < LOOKAHEAD * span[1] * closing:
             p.closing, p.acceleration = closing, norm(sub(acceleration_of(a), acceleration_of(b)))
-            own = touch_duration(w, p, a, b, met, measured) / substeps_per_impact(w, p, few)
+            own = pace.touch_duration(w, p, a, b, met, measured) / pace.substeps_per_impact(w, p, few)
             needed = own if own < LEAST_CHANGE * span[1] else NEVER
     p.gap = gap
     p.path_limit = gap + a.path + b.path
     raise_listed_gap(w, p, a.time if b.still != 0 else b.time)
     if not gap >= 0.0 and begin_contact(w, k, min(before, 0.0)):
-        needed = longest_substep(w, contact_at(w.contacts, p.slot), a, b, substeps_per_impact(w, p, False))
+        needed = pace.longest_substep(w, contact_at(w.contacts, p.slot), a, b, pace.substeps_per_impact(w, p, False))
     return needed
 
 
@@ -351,28 +344,28 @@ def substep_length(w, pairs, coasting, t):
         closed += p.closed
         body_at(w.bodies, p.body_a).square_rate, body_at(w.bodies, p.body_b).square_rate = 0.0, 0.0
     for i in range(pairs):  # before any `substep`, which needs the sums of each body
-        add_square_rate(w, near_at(w.near, whole_at(w.island_pairs, i)))
+        pace.add_square_rate(w, near_at(w.near, whole_at(w.island_pairs, i)))
     few = closed <= w.crowd
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed != 0:
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            c, substeps = contact_at(w.contacts, p.slot), substeps_per_impact(w, p, few)
-            h = min(h, longest_substep(w, c, a, b, substeps, pairs == 1))
+            c, substeps = contact_at(w.contacts, p.slot), pace.substeps_per_impact(w, p, few)
+            h = min(h, pace.longest_substep(w, c, a, b, substeps, pairs == 1))
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed == 0:
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             if closed == 0:
                 h = min(h, MAX_TURN / max(turn_rate(a), turn_rate(b), 1e-9))
-            soon = (LOOKAHEAD if not few or is_jointed(a) or is_jointed(b) else 2.0 * BLOCK) * h
+            soon = (LOOKAHEAD if not few or pace.is_jointed(a) or pace.is_jointed(b) else 2.0 * BLOCK) * h
             if p.path_limit - a.path - b.path <= soon * greatest_closing(a, b):
                 if p.checked != t:
                     predict(w, p, t)
                 p.path_limit = p.gap + a.path + b.path
                 if time_to_close(max(p.gap, 0.0), p.closing, max(p.acceleration, 0.0)) < soon:
                     met = meet_near(w, p, a, b)
-                    h = min(h, touch_duration(w, p, a, b, met) / substeps_per_impact(w, p, few))
+                    h = min(h, pace.touch_duration(w, p, a, b, met) / pace.substeps_per_impact(w, p, few))
     return h
 
 

@@ -12,8 +12,8 @@ from math import sqrt
 from contactlaw.jit import jit_module
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import settle, spin_change, wake_body
+from contactlaw.world.contacts.force import moment_of
 from contactlaw.world.contacts.pace import contact_duration
-from contactlaw.world.contacts.rolling import moment_of
 from contactlaw.world.data.access import body_at, contact_at, near_at, tree_at
 from contactlaw.world.data.call import address, call_on_island, call_with_body, call_with_vectors, ready
 from contactlaw.world.data.demand import SLEEP

@@ -16,14 +16,13 @@ from math import isfinite
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_module
-from contactlaw.memory import doubles_at, set_whole, whole_at
-from contactlaw.world.contacts.touch import add_to_ledger, has_parted
+from contactlaw.memory import doubles_at, set_whole
+from contactlaw.world.contacts.touch import add_to_ledger, has_parted, new_slot
 from contactlaw.world.data.access import axis_at, body_at, contact_at, link_at, near_at, pair_at, shape_at, tree_at
 from contactlaw.world.data.materials import friction_of, law_of, memory_of
 from contactlaw.world.data.records import CLOSED, FREE, LEDGER, PARTED, PAUSE_LIMIT
-from contactlaw.world.data.saved import CONTACT_NUMBERS, FIELDS, KNOWN_NUMBERS, contact_fields
+from contactlaw.world.data.saved import FIELDS, KNOWN_NUMBERS, contact_fields
 from contactlaw.world.data.vec import store
-from contactlaw.world.near.listing import count_slots
 from contactlaw.world.near.pairing import can_touch, pair_of
 from contactlaw.world.trees.mobility import clear, copy
 
@@ -91,7 +90,6 @@ def write(w, out):
         p = near_at(w.near, k)
         if has_parted(p):
             add_to_ledger(contact_at(w.contacts, p.slot), out[at + LEDGER * p.pair :])
-    count_slots(w)
     for slot in range(w.slots if w.spares < w.contact_room else 0):
         c = contact_at(w.contacts, slot)
         if c.phase == PARTED and c.initial_overlap == 0.0 and c.near < 0:
@@ -111,9 +109,7 @@ def read(w, address, count):
     for _ in range(int(row[0])):
         a, b, history = int(row[at]), int(row[at + 1]), at + PER_CONTACT
         if max(a, b) < w.shape_count and can_touch(w, a, b):
-            w.spares -= 1
-            slot = whole_at(w.spare, w.spares)
-            clear(contact_fields(w, slot, 0, CONTACT_NUMBERS))
+            slot = new_slot(w)
             c = contact_at(w.contacts, slot)
             c.touches = int(row[at + 2])
             copy(row[at + SHAPES : history - KEPT], contact_fields(w, slot, 0, KNOWN_NUMBERS))
@@ -142,7 +138,6 @@ def clear_state(w):
     """Set the state of a row of zeros: no contacts, no sleeping bodies, near pairs to be listed, empty ledgers."""
     w.nears = 0
     w.stale = 1
-    count_slots(w)
     w.spares, w.rested = w.contact_room, 0
     for i in range(w.slots):
         contact_at(w.contacts, i).phase = FREE

@@ -13,6 +13,7 @@ fly                   all bodies to the end of the step
 
 from contactlaw.jit import jit_module
 from contactlaw.memory import whole_at
+from contactlaw.world import window
 from contactlaw.world.bodies.motion import fly, is_static, settle, update_momentum, wake_body
 from contactlaw.world.contacts.meeting import place_along
 from contactlaw.world.contacts.pace import LEAST_STEP, resting_duration, stays_closed, update_masses
@@ -25,18 +26,9 @@ from contactlaw.world.data.records import AGED, NEVER, PARTED, PASSES, TWIST_ALW
 from contactlaw.world.data.vec import load, store
 from contactlaw.world.island import integrate
 from contactlaw.world.near.guards import any_guard_exceeded, surface_speed
-from contactlaw.world.near.listing import count_slots, list_near, list_parts_anew, may_leave_margin
-from contactlaw.world.near.pressed import find_pressed
+from contactlaw.world.near.listing import list_near, list_parts_anew, may_leave_margin
+from contactlaw.world.near.passing import find_pressed
 from contactlaw.world.sleep import is_disturbed, wake
-from contactlaw.world.window import (
-    activate,
-    join_loose,
-    list_anew,
-    list_islands,
-    plan_window,
-    predict_all,
-    shortest_new_impact,
-)
 
 # of the smallest radius of a body: how far it may move in steps that are made as one. Of 2000 balls in flight 0.1 lists
 # no more pairs than single steps do; without a limit steps of 0.2 ms took nine times as long
@@ -64,7 +56,6 @@ def step(world, dt, count):
         made += w.together
         if error_pending(w.demand) or w.lost_body > 0:
             break
-    count_slots(w)
     for slot in range(w.slots):  # `release` has looked at those that are free
         c = contact_at(w.contacts, slot)
         w.deepest = max(w.deepest, c.deepest / c.touch.radius)
@@ -77,8 +68,8 @@ def steps_together(w, dt, left):
     In a crowd of persistent contacts steps shorter than an impact are joined up to a window in which no body moves far:
     near pairs stay few. Steps remain single where they set accuracy: of few contacts, of trees, of bodies that tumble.
     """
-    shortest, window = plan_window(w)
-    time = window if dt <= shortest < window else 0.0
+    shortest, length = window.plan_window(w)
+    time = length if dt <= shortest < length else 0.0
     for i in range(w.body_count if time > 0.0 else 0):
         b = body_at(w.bodies, i)
         if b.tree != 0 or b.isotropic == 0:
@@ -119,33 +110,33 @@ def finish(w, dt):
     while now < dt:
         if w.stale != 0:
             list_near(w)
-        first = predict_all(w, now, dt)
+        first = window.predict_all(w, now, dt)
         if w.age == AGED and first < NEVER:
-            list_anew(w)
-            first = predict_all(w, now, dt)
+            window.list_anew(w)
+            first = window.predict_all(w, now, dt)
         if now == 0.0 and w.together == 1 and take_implicit_steps(w):
-            first = predict_all(w, now, dt)
+            first = window.predict_all(w, now, dt)
             w.age = min(w.age, AGED)
-        shortest, window = plan_window(w)
+        shortest, length = window.plan_window(w)
         if w.age == AGED and min(first, shortest) < NEVER:
-            list_anew(w)
-            first = predict_all(w, now, dt)
+            window.list_anew(w)
+            first = window.predict_all(w, now, dt)
         if shortest == NEVER:
             if first >= dt:
                 break
             now = max(now, first)
-            touching, window = shortest_new_impact(w, now)
+            touching, length = window.shortest_new_impact(w, now)
             if not touching:
                 continue
-            if window < NEVER and dt - now <= LATE_IMPACT * window:
+            if length < NEVER and dt - now <= LATE_IMPACT * length:
                 break
-        window = max(window, SHORTEST * dt)
-        until = now + window
-        if not dt - until > REMAINDER * window:
+        length = max(length, SHORTEST * dt)
+        until = now + length
+        if not dt - until > REMAINDER * length:
             until = dt
-        while activate(w, now, until) and wake(w, now, False):
+        while window.activate(w, now, until) and wake(w, now, False):
             pass
-        list_islands(w, join_loose(w, until - now) if window > shortest else -1)
+        window.list_islands(w, window.join_loose(w, until - now) if length > shortest else -1)
         for k in range(w.islands):
             until = integrate(w, whole_at(w.roots, k), now, until)
         now = until
@@ -190,7 +181,7 @@ def begin(w, dt):
     exceeded = any_guard_exceeded(w, dt, 0.0)
     begin_pairs(w)
     if w.stale != 0:
-        list_anew(w)
+        window.list_anew(w)
     elif exceeded:
         list_parts_anew(w)
     for k in range(w.nears):
@@ -237,7 +228,6 @@ def begin_pairs(w):
     A contact with an initial overlap keeps its slot while its shapes overlap. Pairs of trees that pass by everything
     keep the gaps found by `near.passing`.
     """
-    count_slots(w)
     for k in range(w.nears):  # in the order of `state.write`, which sums the same ledgers
         p = near_at(w.near, k)
         p.along, p.vertices = 0.0, 0

@@ -18,15 +18,7 @@ from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at,
 from contactlaw.world.data.call import call_with_body
 from contactlaw.world.data.records import AGED, COASTS, FRESH, NEVER
 from contactlaw.world.data.vec import load, norm, sub
-from contactlaw.world.near.guards import (
-    CLEAR_HEIGHT,
-    any_guard_exceeded,
-    closing_bound,
-    known_gap,
-    meet_within,
-    path_bound,
-    raise_listed_gap,
-)
+from contactlaw.world.near import guards
 from contactlaw.world.near.listing import list_near, may_leave_margin
 from contactlaw.world.near.time_of_impact import find_gap, predict
 from contactlaw.world.shapes.geometry import meet_near
@@ -72,11 +64,11 @@ def remains_open(w, p, now, until, more):
     If the list must not show its age, a pair in doubt is measured at the start of the step: then what is known since an
     earlier step only saves this.
     """
-    if p.guard >= 0 and w.age != 0 and now == 0.0 and known_gap(w, p, until) <= more:
+    if p.guard >= 0 and w.age != 0 and now == 0.0 and guards.known_gap(w, p, until) <= more:
         overlap, _, _, _ = meet_near(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
         p.gap = -overlap
-        raise_listed_gap(w, p, 0.0)
-    return known_gap(w, p, until) > more
+        guards.raise_listed_gap(w, p, 0.0)
+    return guards.known_gap(w, p, until) > more
 
 
 def plan_window(w):
@@ -114,7 +106,7 @@ def shortest_new_impact(w, now):
         if p.closed == 0 and p.toi <= now and not is_left_out(body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)):
             a, b = predict(w, p, now)
             if p.toi < NEVER:
-                met, measured = meet_within(w, p, a, b, CLEAR_HEIGHT * shape_at(w.shapes, p.a).radius)
+                met, measured = guards.meet_within(w, p, a, b, guards.CLEAR_HEIGHT * shape_at(w.shapes, p.a).radius)
                 duration = touch_duration(w, p, a, b, met, measured)
                 if p.toi - now <= EARLY * duration:
                     touching, shortest = True, min(shortest, duration)
@@ -189,7 +181,7 @@ def joins_nothing(w, p, a, b, length):
     """
     if p.guard < 0 or a.tree == 0 or a.tree != b.tree:
         return False
-    p.closing = closing_bound(w, p, a, b)
+    p.closing = guards.closing_bound(w, p, a, b)
     p.acceleration = norm(sub(load(a.acceleration), load(b.acceleration)))
     for_a, for_b = gain_bounds(a, b, impact_speed(w, p, a, b, length))
     return for_a <= a.delta_v and for_b <= b.delta_v
@@ -203,7 +195,7 @@ def reaches_unlisted(w, time):
     for k in range(w.guard_count):
         g = guard_at(w.guards, k)
         gained = body_at(w.bodies, g.body_a).delta_v + body_at(w.bodies, g.body_b).delta_v
-        if gained > 0.0 and path_bound(w, g, time) + time * DELTA_V_MARGIN * gained > g.limit:
+        if gained > 0.0 and guards.path_bound(w, g, time) + time * DELTA_V_MARGIN * gained > g.limit:
             return True
     return False
 
@@ -232,7 +224,7 @@ def list_anew(w):
     list_near(w)
     for i in range(w.body_count):
         body_at(w.bodies, i).changed = 1
-    any_guard_exceeded(w, w.step, 0.0)
+    guards.any_guard_exceeded(w, w.step, 0.0)
     w.age = FRESH if w.age != 0 else 0
 
 

@@ -12,11 +12,11 @@ if INTERPRETED:
 
 from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
+from contactlaw.world.bodies.bounds import closing_along
 from contactlaw.world.bodies.motion import fly
 from contactlaw.world.data.access import body_at, guard_at, near_at
 from contactlaw.world.near.guards import gap_bound, meet_half_space, path_bound, raise_listed_gap, update_guard
 from contactlaw.world.near.listing import list_near
-from contactlaw.world.near.relative import closing_along
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.step import begin
 from contactlaw.world.trees.description import Joint, Part, Tree

@@ -16,6 +16,7 @@ from contactlaw.laws.hertz import damping_of, hertz_stiffness
 from contactlaw.laws.record import LASTING, SPUN
 from contactlaw.laws.slip import stuck_stiffness
 from contactlaw.memory import copy_wholes, set_whole, whole_at
+from contactlaw.world.bodies.motion import kick
 from contactlaw.world.contacts.force import dashpot_of, has_dashpot, is_quasi_static
 from contactlaw.world.contacts.pace import closing_speed, longest_substep, substeps_per_impact
 from contactlaw.world.contacts.springs import UNKNOWN
@@ -184,12 +185,8 @@ def advance_coasting(w, pairs, coasting, span, may_coast):
         impulse = scale(time, axpy(force, n, scale(-1.0, pull)))
         store(r.impulse, add(load(r.impulse), impulse))
         turning, moment = scale(time, cross(n, pull)), scale(time * r.moment, n)
-        if a.inverse_mass != 0.0:
-            store(a.velocity, axpy(a.inverse_mass, impulse, load(a.velocity)))
-            store(a.spin, axpy(a.inverse_inertia[0], axpy(r.radius_a, turning, scale(-1.0, moment)), load(a.spin)))
-        if b.inverse_mass != 0.0:
-            store(b.velocity, axpy(-b.inverse_mass, impulse, load(b.velocity)))
-            store(b.spin, axpy(b.inverse_inertia[0], axpy(r.radius_b, turning, moment), load(b.spin)))
+        kick(a, impulse, axpy(r.radius_a, turning, scale(-1.0, moment)))
+        kick(b, scale(-1.0, impulse), axpy(r.radius_b, turning, moment))
         in_range = LEAST * r.first <= overlap <= MOST * r.first and dot(slide, slide) < r.furthest * r.furthest
         if may_coast and in_range and r.time < r.longest:
             i += 1

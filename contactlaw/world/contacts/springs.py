@@ -19,7 +19,6 @@ SHARE = 1.0 / 12.0  # of h^2 x''
 UNKNOWN = -1e300  # value of `CONTACT.neighbours` where the substep before has not found it
 
 
-@jit_inline
 def clear_push(b):
     """Set what pushes a body to its loads besides contacts."""
     store(b.push, load(b.acceleration))
@@ -27,7 +26,6 @@ def clear_push(b):
         store(b.twisting, spin_change(b, load(b.torque)))
 
 
-@jit_inline
 def add_push(b, arm, force):
     """Add a spring's force [N] on a body at an arm [m] to those of this substep; arms of round bodies are along it."""
     if b.inverse_mass == 0.0:
@@ -37,7 +35,6 @@ def add_push(b, arm, force):
         store(b.twisting, add(load(b.twisting), spin_change(b, cross(arm, force))))
 
 
-@jit_inline
 def push_at(b, arm):
     """Return the acceleration [m/s^2] by loads and springs of a body's point at an arm [m]."""
     if b.inverse_mass == 0.0:
@@ -45,7 +42,6 @@ def push_at(b, arm):
     return load(b.push) if b.oriented == 0 else add(load(b.push), cross(load(b.twisting), arm))
 
 
-@jit_inline
 def press_spring(c, a, b, linear):
     """Set the force of a contact's spring where its bodies are, and add it to what pushes them.
 
@@ -68,7 +64,6 @@ def push_by_coasting(w, coasting):
         add_push(body_at(r.body_b, 0), ZERO, scale(-r.force, load(r.normal)))
 
 
-@jit_inline
 def closing_by_others(c, a, b):
     """Return the closing acceleration [m/s^2] of a contact by all but itself, at the end of a substep.
 
@@ -87,4 +82,4 @@ def closing_by_others(c, a, b):
     return out
 
 
-jit_module(__name__)
+jit_module(__name__, jit_inline)

@@ -13,7 +13,6 @@ from contactlaw.world.contacts import force
 from contactlaw.world.contacts.ends import damped_end, elastic_end, single_end
 from contactlaw.world.contacts.meeting import meet_apart, meet_contact
 from contactlaw.world.contacts.pace import MASS_TURN, radius_where, share_of, update_masses
-from contactlaw.world.contacts.rolling import moment_of
 from contactlaw.world.contacts.springs import SHARE, closing_by_others, press_spring
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, pair_at, shape_at
 from contactlaw.world.data.call import address, call_roll, ready
@@ -55,9 +54,7 @@ def begin_contact(w, k, overlap):
         if w.spares == 0:
             w.lost += 1
             return False
-        w.spares -= 1
-        q.slot = whole_at(w.spare, w.spares)
-        clear(contact_fields(w, q.slot, 0, CONTACT_NUMBERS))
+        q.slot = new_slot(w)
     q.closed = 1
     for i in range(q.first, q.first + q.places):  # others of both now look for other places
         other = near_at(w.near, i)
@@ -100,6 +97,15 @@ def begin_contact(w, k, overlap):
         store(c.force, scale(t.force, n))
         c.closing_acceleration = -t.force / t.mass
     return True
+
+
+def new_slot(w):
+    """Take a free slot for a contact, a record of zeros; return its number. Released slots are taken again first."""
+    w.spares -= 1
+    slot = whole_at(w.spare, w.spares)
+    w.slots = max(w.slots, slot + 1)
+    clear(contact_fields(w, slot, 0, CONTACT_NUMBERS))
+    return slot
 
 
 def initial_overlap_limit(w, c):
@@ -343,7 +349,7 @@ def apply_force(c, a, b, time):
     b.touched = 1
     about_a, about_b = cross(load(c.arm_a), impulse), cross(impulse, load(c.arm_b))
     if c.torsion.moment != 0.0 or c.bending[0] != 0.0 or c.bending[1] != 0.0:
-        moment = scale(time, moment_of(c))
+        moment = scale(time, force.moment_of(c))
         about_a, about_b = sub(about_a, moment), add(about_b, moment)
     kick(a, impulse, about_a)
     kick(b, scale(-1.0, impulse), about_b)

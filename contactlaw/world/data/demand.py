@@ -25,32 +25,31 @@ TABLE = np.zeros(ERROR_OBJECT + 1, np.uint64)
 
 
 def supply(what: int) -> int:
-    """Compile one of the functions, and those always needed with it, if that is to be done; returns its address."""
+    """Compile one of the functions if that is to be done; returns its address."""
     # these modules import this one
     from contactlaw.laws import sectors
     from contactlaw.world import sleep, state, step
-    from contactlaw.world.contacts import coasting, rolling
+    from contactlaw.world.contacts import coasting, force
     from contactlaw.world.data import call
     from contactlaw.world.implicit import step as implicit_step
 
-    # what is announced, compile time [s], functions; the one asked for comes last, so that it implies the others
-    made: dict[int, tuple[str, int, list[Any]]] = {
-        STEP: ("", 0, [(STEP, step.step_once, call.call_step)]),
-        READ: ("states that are set back", 2, [(READ, state.read, call.call_read)]),
-        IMPLICIT: ("persistent contacts", 8, [(IMPLICIT, implicit_step.take_implicit_steps, call.call_on_world)]),
-        SLEEP: ("bodies that fall asleep", 1, [(SLEEP, sleep.sleep_if_balanced, call.call_on_island)]),
-        ROLL: ("rolling resistance", 1, [(ROLL, rolling.advance_rolling, call.call_roll)]),
-        SPIN: ("contacts that spin", 4, [(SPIN, sectors.advance_spinning, call.call_spin)]),
-        START_COASTING: ("contacts that hardly change", 2, [
-            (COAST, coasting.advance_coasting, call.call_coast),
-            (START_COASTING, coasting.start_coasting, call.call_start_coasting),
-        ]),
-    }  # fmt: skip
+    # what is announced, compile time [s], function, caller
+    made: dict[int, tuple[str, int, Any, Any]] = {
+        STEP: ("", 0, step.step_once, call.call_step),
+        READ: ("states that are set back", 2, state.read, call.call_read),
+        IMPLICIT: ("persistent contacts", 8, implicit_step.take_implicit_steps, call.call_on_world),
+        SLEEP: ("bodies that fall asleep", 1, sleep.sleep_if_balanced, call.call_on_island),
+        ROLL: ("rolling resistance", 1, force.advance_rolling, call.call_roll),
+        SPIN: ("contacts that spin", 4, sectors.advance_spinning, call.call_spin),
+        COAST: ("contacts that hardly change", 1, coasting.advance_coasting, call.call_coast),
+        START_COASTING: ("contacts that hardly change", 1, coasting.start_coasting, call.call_start_coasting),
+    }
+    if what == START_COASTING:  # none may start without the other
+        supply(COAST)
     if TABLE[what] == 0:
-        name, seconds, parts = made[what]
+        name, seconds, function, caller = made[what]
         with compiling(name, seconds) if name else nullcontext():
-            for place, function, caller in parts:
-                TABLE[place] = address_of(function, caller)
+            TABLE[what] = address_of(function, caller)
     return int(TABLE[what])
 
 

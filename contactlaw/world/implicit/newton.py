@@ -16,8 +16,7 @@ from contactlaw.laws.hertz import BY_ITSELF
 from contactlaw.laws.rolling import stiffness
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import angular_momentum, velocity_at
-from contactlaw.world.contacts.force import advance_contact, rolling_resistance, slips_fully, slopes
-from contactlaw.world.contacts.rolling import advance_rolling, moment_of, rolling_axes, rolling_dashpot
+from contactlaw.world.contacts import force
 from contactlaw.world.contacts.touch import begin_contact, force_of, measure
 from contactlaw.world.data.access import body_at, contact_at, near_at, pair_at, shape_at, tree_at
 from contactlaw.world.data.call import call_with_body, call_with_vectors
@@ -142,15 +141,15 @@ def evaluate_contact(w, r, stage, again):
     if t.overlap <= 0.0:  # opened by this iteration, so not converged unless it hardly moves
         t.force, t.f, t.g = 0.0, 0.0, 0.0
         return along > rounding - CONVERGED * t.overlap, NEVER
-    advance_contact(w, c, r.slot, load(c.moved), slide, 0.0, BY_ITSELF)
+    force.advance_contact(w, c, r.slot, load(c.moved), slide, 0.0, BY_ITSELF)
     if law_of(w, pair_at(w.pairs, c.pair)).rolling != 0.0:
-        advance_rolling(w, c, (dot(turning, e), dot(turning, f)))
-    impulse, moment = scale(stage, force_of(c)), scale(stage, moment_of(c))
+        force.advance_rolling(w, c, (dot(turning, e), dot(turning, f)))
+    impulse, moment = scale(stage, force_of(c)), scale(stage, force.moment_of(c))
     about_a, about_b = sub(cross(arm_a, impulse), moment), sub(moment, cross(arm_b, impulse))
     add_opposite_forces(a, b, impulse, about_a, about_b, equations_of(w).right)
     pace = min(stage * stage * t.force / (IMPACT_SQUARED * t.overlap * t.mass), 1.0)
     slid = stage * sqrt(slide[0] * slide[0] + slide[1] * slide[1])
-    taken = min(t.friction * slid, t.overlap) if slips_fully(t) else 0.0
+    taken = min(t.friction * slid, t.overlap) if force.slips_fully(t) else 0.0
     tolerance = CONVERGED * pace * t.overlap + SLIDE_CONVERGED * taken
     moving = not (along <= tolerance + rounding and across <= tolerance + rounding + CONVERGED * slid)  # NaN has moved
     return moving, (tolerance + pace * rounding) / stage  # motion along a slow contact leaves less than itself
@@ -162,7 +161,7 @@ def add_stiffness(w, r, stage):
         return
     c = contact_at(w.contacts, r.slot)
     a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
-    k = slopes(w, c, r.slot, load(c.moved), load(r.slide), stage)
+    k = force.slopes(w, c, r.slot, load(c.moved), load(r.slide), stage)
     n, e = load(c.normal), load(c.tangent)
     eq = equations_of(w)
     h, first, jn, ju, jv = eq.h, eq.first, eq.along_n, eq.along_u, eq.along_v
@@ -192,9 +191,9 @@ def add_moments(w, c, a, b, stage):
     """Add to H the slopes of moments by angles: rolling resistance, and a side over a face of a box; stage [s]."""
     square = stage * stage
     if law_of(w, pair_at(w.pairs, c.pair)).rolling != 0.0:
-        resistance = rolling_resistance(w, c)
-        k = square * stiffness(c.touch, resistance) + stage * rolling_dashpot(w, c, resistance)
-        along, across = rolling_axes(c)
+        resistance = force.rolling_resistance(w, c)
+        k = square * stiffness(c.touch, resistance) + stage * force.rolling_dashpot(w, c, resistance)
+        along, across = force.rolling_axes(c)
         add_moment_stiffness(w, a, b, along, scale(k if c.rolled[2] == 1.0 else 0.0, along))
         add_moment_stiffness(w, a, b, across, scale(k * c.rolled[2], across))
     sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)

@@ -18,9 +18,10 @@ from math import isfinite, sqrt
 
 from contactlaw.jit import jit_module
 from contactlaw.memory import copy_wholes, whole_at
+from contactlaw.world import window
 from contactlaw.world.bodies.motion import settle, spin_change, spin_rate, update_momentum
+from contactlaw.world.contacts.force import moment_of
 from contactlaw.world.contacts.pace import closing_speed
-from contactlaw.world.contacts.rolling import moment_of
 from contactlaw.world.contacts.springs import UNKNOWN
 from contactlaw.world.contacts.touch import add_work, end_contact, force_of
 from contactlaw.world.data.access import body_at, contact_at, near_at, row_at, tree_at
@@ -34,15 +35,6 @@ from contactlaw.world.implicit.equations import equations_of, factorise, substit
 from contactlaw.world.implicit.newton import add_stiffness, begin_matrix, begin_residual, evaluate_contact
 from contactlaw.world.sleep import fall_asleep, wake
 from contactlaw.world.trees.kinematics import vector
-from contactlaw.world.window import (
-    activate,
-    list_anew,
-    list_bodies,
-    list_islands,
-    list_pairs,
-    predict_all,
-    reaches_unlisted,
-)
 
 GAMMA = 1.0 - sqrt(0.5)  # length of a stage, as a share of the step
 MAX_ITERATIONS = 25  # of Newton's method in a stage
@@ -58,18 +50,18 @@ LEFT = 1e-3
 def take_implicit_steps(w):
     """Take islands of persistent contacts through the step, each by one implicit step; return whether there are any."""
     for _ in range(2):
-        while activate(w, 0.0, w.step) and wake(w, 0.0, True):
+        while window.activate(w, 0.0, w.step) and wake(w, 0.0, True):
             pass
-        if w.age != AGED or not reaches_unlisted(w, w.step):
+        if w.age != AGED or not window.reaches_unlisted(w, w.step):
             break
-        list_anew(w)
-        predict_all(w, 0.0, w.step)
-    list_islands(w)
+        window.list_anew(w)
+        window.predict_all(w, 0.0, w.step)
+    window.list_islands(w)
     some = False
     for k in range(w.islands):
         root = whole_at(w.roots, k)
-        bodies = list_bodies(w, root)
-        pairs = list_pairs(w, root, bodies)
+        bodies = window.list_bodies(w, root)
+        pairs = window.list_pairs(w, root, bodies)
         if is_due(w, bodies) and is_persistent(w, bodies, pairs) and take_step(w, bodies, pairs):
             fall_asleep(w, bodies, pairs)
             some = True

@@ -15,14 +15,13 @@ one counts the motion.
 from math import sqrt
 
 from contactlaw.jit import jit_module
-from contactlaw.world.bodies.bounds import spin_bound
+from contactlaw.world.bodies.bounds import closing_along, relative_speed, spin_bound
 from contactlaw.world.bodies.motion import change_bound, greatest_closing
 from contactlaw.world.data.access import body_at, guard_at, shape_at
 from contactlaw.world.data.call import ask_separation
 from contactlaw.world.data.kinds import BOX, CYLINDER, EDGE, PLANE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, store, sub, to_body, to_world
-from contactlaw.world.near.relative import closing_along, relative_speed
 from contactlaw.world.shapes.geometry import centre, half_axis, meet_near
 
 EXCEEDED = -NEVER  # limit of a guard of which the listed parts no longer do
@@ -72,14 +71,6 @@ def new_guard(w, i, j, time):
         update_guard(w, g, time)
         g.moved = g.lag
     return k
-
-
-def drop_guard(w):
-    """Remove the guard that was added last."""
-    w.guard_count -= 1
-    g = guard_at(w.guards, w.guard_count)
-    if g.lead == w.guard_count:
-        body_at(w.bodies, g.body_a).guard = g.next
 
 
 def lead_of(w, g):
@@ -140,12 +131,12 @@ def sweep_radius(s):
     return sqrt(3.0) * s.radius if s.kind == BOX else s.radius
 
 
-def separate(w, g, n):
-    """Return normal, low and high of `gjk.separate` for a guard's whole shapes, swept by their radii.
+def separate(w, i, j, n):
+    """Return normal, low and high of `gjk.separate` for two whole shapes, a core and another, swept by their radii.
 
     n: a normal to use, or zero to find one. The separation is low - high [m].
     """
-    sa, sb = shape_at(w.shapes, g.a), shape_at(w.shapes, g.b)
+    sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
     n, low, high, _ = ask_separation(sa.separation, sa, body_at(w.bodies, sa.body), sb, body_at(w.bodies, sb.body), n)
     return n, low - sweep_radius(sa), high + (sweep_radius(sb) if sb.kind < PLANE else 0.0)
 
@@ -256,12 +247,12 @@ def place_plane(w, g, time):
     a, b = body_at(w.bodies, shape_at(w.shapes, g.a).body), body_at(w.bodies, shape_at(w.shapes, g.b).body)
     axes, last, n, low, high = body_at(w.bodies, g.body_b).axes, g.high - g.low, ZERO, -NEVER, 0.0
     if g.plane_time >= 0.0:
-        n, low, high = separate(w, g, to_world(axes, load(g.normal)))
+        n, low, high = separate(w, g.a, g.b, to_world(axes, load(g.normal)))
     if low - high <= max(-0.5 * last, 0.0):
-        new, bottom, top = separate(w, g, ZERO)
+        new, bottom, top = separate(w, g.a, g.b, ZERO)
         if dot(new, new) == 0.0 and g.plane_time < 0.0:
             across = sub(load(a.position), load(b.position))
-            new, bottom, top = separate(w, g, scale(1.0 / max(norm(across), 1e-300), across))
+            new, bottom, top = separate(w, g.a, g.b, scale(1.0 / max(norm(across), 1e-300), across))
         if dot(new, new) > 0.0 and bottom - top > low - high:
             n, low, high = new, bottom, top
     store(g.normal, to_body(axes, n))

@@ -87,7 +87,7 @@ def list_parts_anew(w):
     for k in range(w.guard_count):
         g = guard_at(w.guards, k)
         if g.limit == EXCEEDED:
-            n, low, high = separate(w, g, ZERO)
+            n, low, high = separate(w, g.a, g.b, ZERO)
             list_by_parts(w, k, n, low, high)
     full, w.left_out = w.left_out > 0, left_out
     if full:  # margins for several steps take too much room
@@ -226,18 +226,12 @@ def link_contacts(w):
     heads = w.cells + 2 * w.shape_count
     for i in range(w.shape_count):
         set_whole(w.grid, heads + i, -1)
-    count_slots(w)
     for slot in range(w.slots):
         c = contact_at(w.contacts, slot)
         if c.phase != FREE:
             c.near = -1
             c.link = whole_at(w.grid, heads + c.shape_a)
             set_whole(w.grid, heads + c.shape_a, slot)
-
-
-def count_slots(w):
-    """Update how many slots have ever been in use: released ones are used again first, so none beyond is in use."""
-    w.slots = max(w.slots, w.contact_room - w.spares)
 
 
 def cell_of(w, i, width):

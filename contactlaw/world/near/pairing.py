@@ -22,7 +22,7 @@ from contactlaw.world.data.access import (
 from contactlaw.world.data.kinds import BOX, CORNER, EDGE, MEETS, PLANE, SEGMENT, SIDE, SPHERE, TANGENT
 from contactlaw.world.data.records import CLOSED, HINGE, NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body
-from contactlaw.world.near.guards import SLACK, drop_guard, lead_of, new_guard, separate
+from contactlaw.world.near.guards import SLACK, lead_of, new_guard, separate
 from contactlaw.world.shapes import geometry
 from contactlaw.world.shapes.core import clip
 from contactlaw.world.trees.kinematics import is_free
@@ -71,15 +71,12 @@ def list_pair(w, i, j):
         if dot(d, d) > far * far:
             return
     if sa.kind >= BOX:
-        k = new_guard(w, i, j, 2.0 * w.step)
+        if hinge_separates(w, i, j):  # costs less than to find where both are nearest
+            return
+        n, low, high = separate(w, i, j, ZERO)
+        k = -1 if low - high > margin else new_guard(w, i, j, 2.0 * w.step)
         if k >= 0:
-            n, low, high = ZERO, NEVER, 0.0
-            if not hinge_separates(w, guard_at(w.guards, k)):  # costs less than to find where both are nearest
-                n, low, high = separate(w, guard_at(w.guards, k), ZERO)
-            if low - high > margin:
-                drop_guard(w)
-            else:
-                list_by_parts(w, k, n, low, high)
+            list_by_parts(w, k, n, low, high)
         return
     gap, places = -NEVER, geometry.places_of(sa, sb)
     if places == 0:
@@ -163,14 +160,14 @@ def slot_of(w, i, j):
     return slot
 
 
-def hinge_separates(w, g):
+def hinge_separates(w, i, j):
     """Return whether two shapes can never meet, as a plane across the only hinge between their bodies separates them.
 
     Hinge and plane are fixed to both bodies, so that the height of each point over the plane is constant. So is the
     overlap of two flanges that lie on each other: no motion has made it, and it presses on nothing.
     """
-    least = -DEEPEST * min(shape_at(w.shapes, g.a).radius, shape_at(w.shapes, g.b).radius)
-    a, b = shape_at(w.shapes, g.a).body, shape_at(w.shapes, g.b).body
+    sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
+    least, a, b = -DEEPEST * min(sa.radius, sb.radius), sa.body, sb.body
     for one, other in ((a, b), (b, a)):
         own = body_at(w.bodies, one)
         if own.tree == 0:
@@ -180,9 +177,9 @@ def hinge_separates(w, g):
         before = t.first + link.parent if link.parent >= 0 else t.hangs_on
         if before == other and link.joints == 1 and joint_at(t.joints, link.first_joint).kind == HINGE:
             n = load(axis_at(t.axes, link.first_axis).spin)
-            _, bottom, top = separate(w, g, scale(-1.0, n))
-            _, low, high = separate(w, g, n)
-            return max(low - high, bottom - top) > least and shape_at(w.shapes, g.b).kind < PLANE
+            _, bottom, top = separate(w, i, j, scale(-1.0, n))
+            _, low, high = separate(w, i, j, n)
+            return max(low - high, bottom - top) > least and sb.kind < PLANE
     return False
 
 

@@ -1,4 +1,8 @@
-"""Trees that no contact has touched in a step: they end it where the engine's own step has put them, if they can.
+"""Bodies that no contact has touched in a step: they end it where the engine's own step has put them, if they can.
+
+A free body that no contact has touched has flown exactly. Engines turn a body once a step, and leave one that turns by
+0.6 rad some 1e-3 of its size beside that. If it is inside another body there, the next step would give it the energy of
+an overlap that no motion has made. Such a body ends the step where its exact flight takes it.
 
 A tree that has passed by all shapes need not be integrated by the world. The gap of each near pair is known at both
 ends of the step, and so is its closing speed. If a gap closes at first and opens later, it is at least as wide as where
@@ -13,25 +17,102 @@ pass by each other.
 from math import sqrt
 
 from contactlaw.jit import jit_module
-from contactlaw.world.bodies.motion import closing_at, is_static
+from contactlaw.world.bodies.bounds import motion_against
+from contactlaw.world.bodies.motion import closing_at, is_static, set_axes
+from contactlaw.world.contacts.touch import release_if_put_deeper
 from contactlaw.world.data.access import body_at, guard_at, near_at, shape_at, tree_at, world_at
 from contactlaw.world.data.kinds import BOX
-from contactlaw.world.data.records import ASKED, BOUNDED, DENIED, MEASURED, PASSES
+from contactlaw.world.data.quaternion import store4
+from contactlaw.world.data.records import ASKED, BOUNDED, DENIED, MEASURED, NEVER, PASSES
+from contactlaw.world.data.saved import restore_body, save_body
 from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, store, sub, to_body, to_world
 from contactlaw.world.near import guards
-from contactlaw.world.near.relative import motion_against
+from contactlaw.world.near.listing import list_near
 from contactlaw.world.shapes.geometry import meet_near
 
 MAX_PASSING_TURN = 1.0  # [rad] by which a body may turn against another in a step for its path to count as known
 CUBIC = sqrt(3.0) / 216.0  # of h^3 f''', by which f leaves its chord over h where it closes equally fast at both ends
 DIP_SHARE = 0.125  # of step times change of closing speed, by which a gap may dip: as a parabola below its chord
+FOLLOWS = 2  # value of `BODY.done`: where the engine has the body
+
+
+def find_pressed(w):
+    """Set `pressed` of all bodies that have a closed contact, or that the user has moved into another body.
+
+    For adapters, between two steps. Open pairs of trees that may pass by everything get the gap and the closing speed
+    that `find_passing` starts from.
+    """
+    placed, gaps_needed = False, False
+    for i in range(w.body_count):
+        b = body_at(w.bodies, i)
+        b.pressed = 0
+        placed = placed or b.placed != 0
+    if w.stale != 0 or (placed and guards.any_guard_exceeded(w, -NEVER, 2.0 * w.step)):
+        list_near(w)
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+        if p.closed != 0 and a.placed + b.placed != 0:
+            release_if_put_deeper(w, p)
+        if p.closed != 0:
+            mark_pressed(a)
+            mark_pressed(b)
+    for i in range(w.body_count):  # after closed pairs: a tree that is pressed needs no gaps
+        gaps_needed = gaps_needed or needs_gap(body_at(w.bodies, i))
+    for k in range(w.guard_count if gaps_needed else 0):
+        g = guard_at(w.guards, k)
+        if g.lead == k and not placed:
+            guards.update_guard(w, g, 2.0 * w.step)
+        if needs_gap(body_at(w.bodies, g.body_a)) or needs_gap(body_at(w.bodies, g.body_b)):
+            separate_at_start(w, g)
+    for k in range(w.nears if gaps_needed else 0):
+        p = near_at(w.near, k)
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+        if p.closed != 0 or not (needs_gap(a) or needs_gap(b)):
+            continue
+        p.closing_bound = guards.closing_bound(w, p, a, b)
+        if not gap_suffices(w, p, a, b):
+            overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
+            p.gap = -overlap
+            p.closing = closing_at(a, arm_a, b, arm_b, n)
+            p.checked = MEASURED
+            if overlap > 0.0:
+                mark_pressed(a)
+                mark_pressed(b)
+
+
+def gap_suffices(w, p, a, b):
+    """Return whether the gap of an open pair need not be measured: the last step has, or a lower bound will do.
+
+    Sets the pair's gap to the lower bound that its guard knows, where there is one.
+    """
+    way, known = 2.0 * w.step * p.closing_bound, guards.known_gap(w, p, 0.0)
+    if known <= way and p.guard >= 0 and guard_at(w.guards, p.guard).separation > 0.0:
+        known = guard_at(w.guards, p.guard).separation
+    elif known <= way:
+        new = a.placed != 0 or b.placed != 0 or p.checked > BOUNDED
+        return not new and (p.checked == MEASURED or p.gap > way)
+    p.gap, p.checked = known, BOUNDED
+    return True
+
+
+def mark_pressed(b):
+    """Mark a body as pressed; the world must then integrate its tree."""
+    b.pressed = 1
+    if b.tree != 0:
+        tree_at(b.tree, 0).passes = DENIED
+
+
+def needs_gap(b):
+    """Return whether the user has moved a body, or whether its tree may pass by everything."""
+    return b.placed != 0 or (b.tree != 0 and tree_at(b.tree, 0).passes == ASKED)
 
 
 def find_passing(world):
     """Find which of the trees that are ASKED pass by everything; their bodies are at the end of the step.
 
     world: address of the `records.WORLD`. Near pairs must have their gaps and closing speeds at the start of the step,
-    see `pressed.find_pressed`.
+    see `find_pressed`.
     Sets `denied` if any does not.
     """
     w = world_at(world, 0)
@@ -126,9 +207,9 @@ def separate_at_start(w, g):
     if g.unlisted != 0 and lead.moved + lead.lag + 2.0 * w.step * lead.speed_now <= g.limit:
         return
     b = body_at(w.bodies, g.body_b)
-    n, low, high = guards.separate(w, g, to_world(b.axes, load(g.normal)))
+    n, low, high = guards.separate(w, g.a, g.b, to_world(b.axes, load(g.normal)))
     if low <= high:
-        n, low, high = guards.separate(w, g, ZERO)
+        n, low, high = guards.separate(w, g.a, g.b, ZERO)
     store(g.normal, to_body(b.axes, n))
     g.separation = low - high
     slide, twist = motion_against(body_at(w.bodies, g.body_a), b)
@@ -152,7 +233,7 @@ def stayed_separated(w, g):
         return False
     a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
     n, h = load(g.normal), w.step
-    _, low, high = guards.separate(w, g, to_world(b.axes, n))
+    _, low, high = guards.separate(w, g.a, g.b, to_world(b.axes, n))
     slide, twist = motion_against(a, b)
     rate = max(norm(twist), norm(load(g.twist)))
     turn = h * rate
@@ -162,6 +243,52 @@ def stayed_separated(w, g):
     change += a.reach * (norm(cross(n, sub(twist, load(g.twist)))) + turn * norm(cross(n, twist)))
     speed = max(norm(slide), norm(load(g.slide))) + a.reach * rate
     return min(g.separation, low - high) > h * (DIP_SHARE * change + CUBIC * turn * turn * speed)
+
+
+def may_follow(b):
+    """Return whether a body is free and awake, and nothing has touched it in this step."""
+    return b.tree == 0 and b.inverse_mass != 0.0 and b.touched == 0 and b.asleep == 0 and b.done == 0
+
+
+def follow(w, i, position, turn):
+    """Put body i where the engine's step has taken it: position [m] of its centre of mass, quaternion of its axes."""
+    save_body(w, i)
+    b = body_at(w.bodies, i)
+    store(b.position, position)
+    store4(b.quaternion, turn)
+    set_axes(b)
+    b.done = FOLLOWS
+
+
+def part(w):
+    """Put bodies that `follow` has put into others back to where they fly in the world, and mark them as touched."""
+    found = True
+    while found:
+        found = False
+        for k in range(w.nears):
+            p = near_at(w.near, k)
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            if (a.done == FOLLOWS or b.done == FOLLOWS) and meet_near(w, p, a, b)[0] > 0.0:
+                found = True
+                put_back(w, p.body_a)
+                put_back(w, p.body_b)
+
+
+def put_back(w, i):
+    """Put body i back if it follows the engine."""
+    if body_at(w.bodies, i).done == FOLLOWS:
+        restore_body(w, i)
+        body_at(w.bodies, i).touched = 1
+
+
+def overlaps(w, first, count):
+    """Return whether any of `count` bodies from a number on overlaps what it is near."""
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        own = first <= p.body_a < first + count or first <= p.body_b < first + count
+        if own and meet_near(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))[0] > 0.0:
+            return True
+    return False
 
 
 jit_module(__name__)

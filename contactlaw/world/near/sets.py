@@ -62,12 +62,10 @@ class Sets:
 
     def every(self, among: Callable[[Any], bool] = lambda _: True) -> Iterator[tuple[Any, Any]]:
         """Yield, once each, pairs with a geom for which `among` is true; by default all pairs, one by one."""
-        first, second = self._ranks
         meant = [two for two in self.twos if among(two)]
         for one in self.ones:
             for two in self.twos if among(one) else meant:
-                again = two in first and one in second and first[two] < first[one]
-                if not again and self._may_touch(one, two):
+                if self._may_touch(one, two) and not self.reversed(one, two):  # else it comes, or has come, so
                     yield one, two
 
     def _may_touch(self, one: Any, two: Any) -> bool:

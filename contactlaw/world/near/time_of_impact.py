@@ -1,17 +1,9 @@
 """Times of impact of near pairs: one step of conservative advancement."""
 
 from contactlaw.jit import jit_module
+from contactlaw.world.bodies import motion
 from contactlaw.world.bodies.bounds import LARGEST_TURN, time_to_close, turning_bound
-from contactlaw.world.bodies.motion import (
-    acceleration_at,
-    acceleration_of,
-    change_bound,
-    closing_at,
-    fly,
-    greatest_closing,
-    turn_rate,
-    velocity_at,
-)
+from contactlaw.world.bodies.motion import acceleration_of, change_bound
 from contactlaw.world.data.access import body_at, shape_at
 from contactlaw.world.data.call import ask_predict
 from contactlaw.world.data.kinds import HEIGHT_FIELD, PLANE, SEGMENT, SPHERE
@@ -29,7 +21,7 @@ def time_to_spheres(sa, a, sb, b, n, top, left):
     spheres do, by the motion of both centres. top: present height of B along n over its centre [m], which stays that
     of a body that does not turn. left: rest of the step [s].
     """
-    if turn_rate(b) > 0.0 or turning_bound(b, left) > 0.0:
+    if motion.turn_rate(b) > 0.0 or turning_bound(b, left) > 0.0:
         top = b.reach + sb.radius
     gap = dot(n, sub(load(a.position), load(b.position))) - top - a.reach - sa.radius
     if gap <= 0.0:
@@ -43,7 +35,7 @@ def flown_to(w, i, now, place):
     b = body_at(w.bodies, i)
     if b.time != now and b.still == 0 and b.tree == 0:
         b = scratch_body(w, i, place, now)
-    fly(b, now)
+    motion.fly(b, now)
     return b
 
 
@@ -86,7 +78,7 @@ def find_time(w, p, a, b, now, left):
         return
     (overlap, n, arm_a, arm_b), _ = meet_within(w, p, a, b, CLEAR_HEIGHT * sa.radius)
     p.gap = -overlap
-    p.closing = closing_at(a, arm_a, b, arm_b, n)
+    p.closing = motion.closing_at(a, arm_a, b, arm_b, n)
     rest = sub(acceleration_of(a), acceleration_of(b))
     flat = sb.kind >= PLANE
     p.acceleration = -dot(rest, n) if flat else norm(rest)
@@ -97,10 +89,10 @@ def find_time(w, p, a, b, now, left):
         p.acceleration = norm(rest)
         for one in (a, b):  # by rotation and joints
             p.acceleration += turning_bound(one, left) * one.reach + change_bound(one, one.reach, left)
-        wait = time_to_close(p.gap, greatest_closing(a, b), p.acceleration)
+        wait = time_to_close(p.gap, motion.greatest_closing(a, b), p.acceleration)
         p.toi = now + wait if wait < left else NEVER
         return
-    rate = turn_rate(a) + turn_rate(b)
+    rate = motion.turn_rate(a) + motion.turn_rate(b)
     if rate * left > LARGEST_TURN:
         wait = time_to_spheres(sa, a, sb, b, n, dot(n, arm_b), left)
         if not wait < left or wait * rate > LARGEST_TURN:  # further than bounds on single points look ahead
@@ -112,12 +104,12 @@ def find_time(w, p, a, b, now, left):
     slack, horizon = 0.0, left
     if a.oriented != 0 or b.oriented != 0:
         from_a = centre(sa, a)
-        turning = sub(acceleration_at(a, from_a), acceleration_at(b, add(from_a, sub(arm_b, arm_a))))
+        turning = sub(motion.acceleration_at(a, from_a), motion.acceleration_at(b, add(from_a, sub(arm_b, arm_a))))
         more = sub(turning, rest)
         p.acceleration += -dot(more, n) if flat or sb.kind == SPHERE else norm(more)
         far = norm(from_a)
-        w = turn_rate(b) + (turn_rate(a) if far > 0.0 or a.tree != 0 else 0.0)
-        across = norm(sub(velocity_at(a, from_a), velocity_at(b, add(from_a, sub(arm_b, arm_a)))))
+        w = motion.turn_rate(b) + (motion.turn_rate(a) if far > 0.0 or a.tree != 0 else 0.0)
+        across = norm(sub(motion.velocity_at(a, from_a), motion.velocity_at(b, add(from_a, sub(arm_b, arm_a)))))
         speed = w * (far + norm(arm_b)) + across
         twist = turning_bound(a, left) * far + turning_bound(b, left) * norm(arm_b) + 2.0 * norm(load(b.spin)) * across
         for _ in range(2):

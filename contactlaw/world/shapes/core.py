@@ -17,7 +17,8 @@ FALL = 0.1  # of the radius, by which an edge falls off towards a corner: as dee
 FALL_LENGTH = 2.0  # of the radius, from the corner, within which it does
 LEAST = 1e-9  # [m] least distance from a core in quotients
 AHEAD = 3  # steps of Newton's method between two looks at a hull
-NOWHERE = ZERO, 0, ZERO, (ZERO, ZERO, ZERO)
+NO_PLACES = ZERO, ZERO, ZERO
+NOWHERE = ZERO, 0, ZERO, NO_PLACES
 CONVERGED, CONVERGED_ON_HULL = 1e-15, 1e-10  # of a half length, a step at which the iteration ends; hulls cost more
 
 

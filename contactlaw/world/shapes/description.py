@@ -247,33 +247,28 @@ def parts_of(core: Fields, others: set[int]) -> list[Fields]:
     if not flat:
         return []
     lined = cores | (others & {HEIGHT_FIELD})
-    base, r = {"body": core["body"], "radius": core["radius"]}, core["radius"]
+    base, r, half, at = {"body": core["body"], "radius": core["radius"]}, core["radius"], core["half"], core["at"]
     if core["kind"] == HULL:
-        own = core["at"] + core["vertices"]
-        out = [base | {"kind": CORNER, "at": corner} for corner in own]
-        for i, j in core["edges"] if lined else ():
-            out.append(base | {"kind": EDGE, "at": 0.5 * (own[i] + own[j]), "half": 0.5 * (own[j] - own[i])})
+        corners = at + core["vertices"]
+        edges = [(0.5 * (corners[i] + corners[j]), 0.5 * (corners[j] - corners[i])) for i, j in core["edges"]]
+    elif core["kind"] == BOX:
+        own, h, ends = core["axes"].reshape(3, 3), half - r, np.array(list(product((-1.0, 1.0), repeat=3)))
+        middles = ((i, m) for i in range(3) for m in ends[ends[:, i] < 0.0] * (np.arange(3) != i))
+        corners = [at + own @ (h * end) for end in ends]
+        edges = [(at + own @ (h * m), own[:, i] * h[i]) for i, m in middles]
+    else:
+        x, y, axis = core["axes"].reshape(3, 3).T
+        radius, up, round_ = half[0] - r * (1.0 - 2.0 * CROWN), (half[2] - r) * axis, base | {"normal": axis}
+        out = []
+        for one in (up, -up):
+            out.append(round_ | {"kind": DISC, "at": at + one, "half": radius * x})
+            feet = (way * side for side in (x, y) for way in (FEET * radius, -FEET * radius))
+            out += [base | {"kind": CORNER, "at": at + one + foot} for foot in feet]
+        if lined & {CYLINDER, HEIGHT_FIELD}:
+            out.append(round_ | {"kind": SIDE, "at": at, "half": radius * x + up})
         return out
-    half, own = core["half"], core["axes"].reshape(3, 3)
-    if core["kind"] == BOX:
-        h = half - r
-        ends = np.array(list(product((-1.0, 1.0), repeat=3)))
-        out = [base | {"kind": CORNER, "at": core["at"] + own @ (h * end)} for end in ends]
-        for i in range(3 if lined else 0):
-            along = own[:, i] * h[i]
-            middles = ends[ends[:, i] < 0.0] * (np.arange(3) != i)
-            out += [base | {"kind": EDGE, "at": core["at"] + own @ (h * m), "half": along} for m in middles]
-        return out
-    radius, up, axis = half[0] - r * (1.0 - 2.0 * CROWN), (half[2] - r) * own[:, 2], own[:, 2]
-    round_ = base | {"normal": axis}
-    out = []
-    for one in (up, -up):
-        out.append(round_ | {"kind": DISC, "at": core["at"] + one, "half": radius * own[:, 0]})
-        feet = (x * own[:, i] for i in (0, 1) for x in (FEET * radius, -FEET * radius))
-        out += [base | {"kind": CORNER, "at": core["at"] + one + foot} for foot in feet]
-    if lined & {CYLINDER, HEIGHT_FIELD}:
-        out.append(round_ | {"kind": SIDE, "at": core["at"], "half": radius * own[:, 0] + up})
-    return out
+    out = [base | {"kind": CORNER, "at": corner} for corner in corners]
+    return out + [base | {"kind": EDGE, "at": middle, "half": u} for middle, u in (edges if lined else ())]
 
 
 def _sizes(name: str, value: ArrayLike) -> Array:

@@ -6,14 +6,13 @@ from contactlaw.world.data.call import ask_beside, ask_meet
 from contactlaw.world.data.kinds import BOX, CYLINDER, DISC, EDGE, ELLIPSOID, HEIGHT_FIELD, HULL, PLANE, SEGMENT, SPHERE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
-from contactlaw.world.shapes.core import CROWN, local
+from contactlaw.world.shapes.core import CROWN, NO_PLACES, local
 
 BACK = 0.05  # of the sum of radii, by which the contact of two cores is set back behind that of corners and edges
 SUNK = 0.975  # share of `max_overlap`, less what sets back, from which cores may touch: crowns shorten it
 IGNORED = 1e9  # [m] initial overlap of an ignored pair, more than any shapes overlap
 PLACES = 4  # contacts of one shape with a height field at once, at most: flanks of a pit between four grid points
 FOLLOW, NEAREST = -1, -2  # of `height_field.meet_beside`, instead of a number of places
-NO_PLACES = ZERO, ZERO, ZERO
 LOST = 1e-9  # of the radius, the gap of a contact whose place has vanished
 
 

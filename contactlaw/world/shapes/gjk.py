@@ -16,7 +16,7 @@ from contactlaw.memory import doubles_at
 from contactlaw.world.data.call import ask_deepest
 from contactlaw.world.data.kinds import BOX, CYLINDER, DISC, EDGE, HULL, PLANE, SEGMENT, SIDE
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body, to_world
-from contactlaw.world.shapes.core import clip, deepest_on_line
+from contactlaw.world.shapes.core import NO_PLACES, clip, deepest_on_line
 from contactlaw.world.shapes.disc import dimensions
 from contactlaw.world.shapes.geometry import BACK, centre, note, place_of, recall
 
@@ -24,7 +24,6 @@ ITERATIONS = 100  # at most; never reached
 CELLS = 4  # along each side of each face of the cube of directions
 STAVE = pi / 16.0  # [rad] a side of the prism that stands for a cylinder: on smooth shapes GJK does not end exactly
 DEEP = 1e-6  # of the sum of radii: distance of cores up to which they count as overlapping
-NONE = ZERO, ZERO, ZERO  # no vertices
 
 
 def cell_of(d):
@@ -149,7 +148,7 @@ def nearest_side(points, new):
     return lacks, found
 
 
-def nearest(sa, a, sb, b, shift, count=0, on_b=NONE):
+def nearest(sa, a, sb, b, shift, count=0, on_b=NO_PLACES):
     """Find the nearest points of two cores.
 
     A is a box or a hull, or else a point, its middle; shift: added to A [m]. count, on_b: number and vertices of the
@@ -161,7 +160,7 @@ def nearest(sa, a, sb, b, shift, count=0, on_b=NONE):
     to_a, is_core = add(sub(load(a.position), load(b.position)), shift), sa.kind >= BOX
     above = to_body(b.axes, add(to_a, centre(sa, a)))  # all that follows is along B's axes
     v = sub(above, load(sb.at))
-    points, square, k, new = NONE, 1e300, (1.0, 0.0, 0.0), ZERO
+    points, square, k, new = NO_PLACES, 1e300, (1.0, 0.0, 0.0), ZERO
     if count > 0:
         on_b = on_b[0], on_b[0 if count < 2 else 1], on_b[count - 1]
         points = sub(above, on_b[0]), sub(above, on_b[1]), sub(above, on_b[2])

@@ -15,15 +15,7 @@ from contactlaw.world.data.call import call_on_tree
 from contactlaw.world.data.checksum import as_float, mix
 from contactlaw.world.data.records import PLACED
 from contactlaw.world.data.vec import add, cross, load, norm, store, sub
-from contactlaw.world.trees.dynamics import (
-    add_impulse,
-    bound_decay,
-    limit_force,
-    limit_impulse,
-    project,
-    solve,
-    solve_ld,
-)
+from contactlaw.world.trees import dynamics
 from contactlaw.world.trees.kinematics import response_of, spread_velocity, vector
 
 SAME = 1e-12  # of the sum of forces on a tree: changes up to this are rounding
@@ -98,13 +90,13 @@ def settle(b):
         t.held = 0.0
         clear(vector(t.kick_v, t.v_size))
     if b.time == 0.0:  # D is constant over a step, and M nearly
-        bound_decay(t)
+        dynamics.bound_decay(t)
 
 
 def kick(b, impulse, moment):
     """Add an impulse [N s] and an angular impulse [N m s] on a body of a tree to the pending ones."""
     t = tree_at(b.tree, 0)
-    add_impulse(t, b, impulse, moment, vector(t.pending, t.v_size), 1.0)
+    dynamics.add_impulse(t, b, impulse, moment, vector(t.pending, t.v_size), 1.0)
     t.kicked = 1
     leave_placed(t)
 
@@ -120,7 +112,7 @@ def apply_pending(t):
     clear(due)
     add_response(t, x)
     for k in range(n):
-        x[k] = limit_impulse(t, k, x[k])
+        x[k] = dynamics.limit_impulse(t, k, x[k])
         resisted = resisted or x[k] != 0.0
     if resisted:
         add_response(t, x)
@@ -130,7 +122,7 @@ def apply_pending(t):
 def add_response(t, x):
     """Add the response to generalised impulses x to the velocities; x <- that response."""
     v, push = vector(t.v, t.v_size), vector(t.kick_v, t.v_size)
-    solve(t, x)
+    dynamics.solve(t, x)
     for k in range(t.v_size):
         v[k] += x[k]
         push[k] += x[k]
@@ -144,8 +136,8 @@ def mobility(a, arm_a, b, arm_b, direction):
     out = 0.0
     if not same:
         clear(y)
-        project(t, b, direction, cross(arm_b, direction), y)
-    k = project(t, a, direction, cross(arm_a, direction), x)
+        dynamics.project(t, b, direction, cross(arm_b, direction), y)
+    k = dynamics.project(t, a, direction, cross(arm_a, direction), x)
     while k >= 0:
         axis = axis_at(t.axes, k)
         out += x[k] * axis.inverse * (x[k] if same else y[k])
@@ -158,8 +150,8 @@ def add_accelerations(b, force, moment):
     t = tree_at(b.tree, 0)
     x, origin = vector(t.x, t.v_size), load(t.origin)
     clear(x)
-    project(t, b, force, moment, x)
-    solve_ld(t, x)
+    dynamics.project(t, b, force, moment, x)
+    dynamics.solve_ld(t, x)
     for i in range(t.count):
         one = body_at(t.bodies, i)
         turning, gain = response_of(t, i, x)
@@ -254,8 +246,8 @@ def add_damping(b):
             out[k, i] += t.stage * own
             x[k] += spring * v0[i] - own * (v[i] - v0[i])
         if axis.side != 0.0:
-            now = max(limit_force(axis, q[axis.coordinate], v[k]), 0.0)
-            x[k] += axis.side * (now - max(limit_force(axis, q0[axis.coordinate], v0[k]), 0.0))
+            now = max(dynamics.limit_force(axis, q[axis.coordinate], v[k]), 0.0)
+            x[k] += axis.side * (now - max(dynamics.limit_force(axis, q0[axis.coordinate], v0[k]), 0.0))
             if now > 0.0:
                 out[k, k] += t.stage * (axis.resistance + t.stage * axis.stiffness)
 
@@ -263,7 +255,7 @@ def add_damping(b):
 def add_force(b, force, moment):
     """Add the generalised force of a force on a body and a moment to x."""
     t = tree_at(b.tree, 0)
-    add_impulse(t, b, force, moment, vector(t.x, t.v_size), 1.0)
+    dynamics.add_impulse(t, b, force, moment, vector(t.x, t.v_size), 1.0)
 
 
 jit_module(__name__)
