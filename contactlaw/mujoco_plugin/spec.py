@@ -13,6 +13,7 @@ the bits of the kinds that they go on touching.
 """
 
 import warnings
+from collections import Counter
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations_with_replacement, count
@@ -127,11 +128,22 @@ def add_instance(spec: mujoco.MjSpec, contact: Contact) -> str:
     spec.activate_plugin(config.PLUGIN_NAME)
     instance = spec.add_plugin(name=name, plugin_name=config.PLUGIN_NAME, active=True)
     instance.config = config.write(replace(contact, name=name))
-    for body in (geom.parent for geom in (*contact.ones, *contact.twos)):
-        if body.id != spec.worldbody.id and not body.plugin.active:  # copies of a spec keep only referenced instances
-            body.plugin.active, body.plugin.plugin_name, body.plugin.name = True, config.PLUGIN_NAME, name
-            break
+    for body in _bearers(spec, contact):
+        body.plugin.active, body.plugin.plugin_name, body.plugin.name = True, config.PLUGIN_NAME, name
     return name
+
+
+def _bearers(spec: mujoco.MjSpec, contact: Contact) -> list[Any]:
+    """Return bodies that are to refer to a new instance, each to one: two of its own, of which one may be deleted, or
+    others, or one that another instance can spare. MuJoCo drops an instance to which none refers in copies of a spec.
+    """
+    own = dict.fromkeys(geom.parent for geom in (*contact.ones, *contact.twos))
+    for bodies in ([body for body in own if body != spec.worldbody], spec.bodies):
+        if free := [body for body in bodies if not body.plugin.active]:
+            return free[:2]
+    ours = [body for body in spec.bodies if body.plugin.plugin_name == config.PLUGIN_NAME]
+    number = Counter(body.plugin.name for body in ours)
+    return [body for body in ours if number[body.plugin.name] > 1][:1]
 
 
 def disable_native(spec: mujoco.MjSpec, sets: Sets) -> None:

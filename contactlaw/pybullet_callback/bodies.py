@@ -1,6 +1,7 @@
 """The bodies of PyBullet that a world holds: read before a step, pushed, and put where the world has them."""
 
 import struct
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from itertools import chain
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 import pybullet as p
 
+from contactlaw.pair import ContactWarning
 from contactlaw.pybullet_callback import rows
 from contactlaw.pybullet_callback.hooks import begin_step, find_pressed, finish_step, has_flown, rewind, select_pushed
 from contactlaw.pybullet_callback.shapes import BASE, Key, Measured, engine_parameters, name_of
@@ -65,7 +67,7 @@ class Bodies:
         self._head["count"], self._head["singles"] = len(keys), count
         self._head_at = self._head.ctypes.data
         self.rows["left"]["position"] = np.nan
-        self.outdated = False
+        self.outdated, self._told = False, set[int]()  # bodies of which a warning has been given
         self.dt, self._parameters = 0.0, ()
         self._moving = self._head["moving"] = m = sum(mass_of(key, client)[0] > 0.0 for key in keys[:count])
         motions, after, velocities = np.zeros((count, 13)), np.zeros((m, 7)), np.zeros((m, 6))
@@ -244,10 +246,21 @@ class Bodies:
             if done == rows.NOT_FINITE:
                 self._refuse()
             if done == rows.PUSHED_OTHERWISE:
-                self.read_masses(np.flatnonzero(self.rows["disturbed"] == 2).tolist())
+                self.read_masses(disturbed := np.flatnonzero(self.rows["disturbed"] == 2).tolist())
+                self._warn_of_constraints({self._keys[k][0] for k in disturbed} - self._told)
             elif not PENDING_ERROR:  # whose truth raises an error that was stored
                 self.bind(with_more_room(self.arrays))
         return done
+
+    def _warn_of_constraints(self, bodies: set[int]) -> None:
+        """Warn of bodies that a constraint joins to what is much heavier, as contacts do not feel it within a step."""
+        for k in range(p.getNumConstraints(self._client) if bodies else 0):
+            info = p.getConstraintInfo(p.getConstraintUniqueId(k, self._client), self._client)
+            for held, holder in ((info[0], info[2:4]), (info[2], info[:2])):
+                mass = p.getDynamicsInfo(*holder, self._client)[0] if holder[0] >= 0 else 0.0
+                if held in bodies and not 0.0 < mass <= 2.0 * mass_of((held, BASE), self._client)[0]:
+                    self._told.add(held)
+                    warnings.warn(f"body {held}: held by a constraint, which contacts do not feel", ContactWarning, 5)
 
     def _put(self, number: int) -> None:
         """Set pose and velocity of the first `number` selected bodies to where they are `left`."""

@@ -221,6 +221,34 @@ def test_the_contact_is_kept_when_a_spec_is_copied_or_attached():
         assert bounce_of(parent.compile()) == pytest.approx(expected, rel=1e-12)
 
 
+BALL_AND_POST = """<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/><geom name="wall" size=".02"/>
+    <body name="A"><freejoint/><geom name="a" size=".02"/></body><body name="post"><geom name="b" size=".02"/></body>
+    </worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize("change", ["copy", "attach", "delete"])
+def test_both_contacts_of_one_body_are_kept_when_a_spec_changes(change):
+    """MuJoCo drops an instance to which no body refers, and a body can refer to one only."""
+    spec = mujoco.MjSpec.from_string(BALL_AND_POST)
+    for other in ("floor", "wall"):
+        add_contact(spec, "a", other, steel_pair())
+    parent = mujoco.MjSpec()
+    if change == "attach":
+        parent.attach(spec, frame=parent.worldbody.add_frame(), prefix="x_")
+    elif change == "delete":
+        spec.delete(spec.body("post"))
+    assert {"attach": parent, "copy": spec.copy(), "delete": spec}[change].compile().nplugin == 2
+
+
+def test_a_deleted_body_of_a_contact_is_reported_and_does_not_end_it_for_others(capfd):
+    spec = mujoco.MjSpec.from_string(BALL_AND_POST)
+    add_contact(spec, ["a", "b"], ["a", "b", "floor"], steel_pair())
+    spec.delete(spec.body("A"))
+    with pytest.raises(ValueError, match="plugin"):
+        mujoco.MjData(spec.compile())
+    assert "geom1 = 'a b'" in capfd.readouterr().err
+
+
 @pytest.mark.parametrize("flag", ["sleep", "override"])
 def test_flags_that_do_not_go_with_the_law_are_refused(flag, capfd):
     """What sleeps would not wake; margins that are overridden bring the engine's own contact back, beside the law's."""
