@@ -106,6 +106,7 @@ def test_recoil_and_spin_tell_of_the_same_impacts():
     assert found["partial slip"] < 0.06 and found["all"] < 0.06
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("shift", [0.0, 0.05])
 def test_the_disagreement_of_two_curves_is_theirs_alone(shift):
     # Curves of another elastic sphere (nu = 0.35), read at the same places: only the shift of the spin must be found.
