@@ -114,7 +114,8 @@ class AnyStep(Case):
             right.loglog(times, found["error"], **style, label=f"e = {e:g}, largest")
             right.loglog(times, found["rms"], **(style | {"markersize": 2.5, "linewidth": 0.7}), label="rms")
         for n, time, error in zip(data["substeps"], times, data["in_substeps"]["e = 1"]["error"], strict=True):
-            right.annotate(str(n), (time, error), xytext=(3, 4), textcoords="offset points", fontsize=8)
+            box = {"color": "white", "pad": 0.5}
+            right.annotate(str(n), (time, error), xytext=(3, 5), textcoords="offset points", fontsize=8, bbox=box)
         for axes in (left, right):
             limit_line(axes, ASKED, "asked")
             axes.set_ylabel(r"error in $\psi_2$ [-]")
