@@ -138,9 +138,10 @@ def _bearers(spec: mujoco.MjSpec, contact: Contact) -> list[Any]:
     others, or one that another instance can spare. MuJoCo drops an instance to which none refers in copies of a spec.
     """
     own = dict.fromkeys(geom.parent for geom in (*contact.ones, *contact.twos))
-    for bodies in ([body for body in own if body != spec.worldbody], spec.bodies):
-        if free := [body for body in bodies if not body.plugin.active]:
-            return free[:2]
+    free = [body for body in own if body != spec.worldbody and not body.plugin.active]
+    # all bodies only if needed: the time to list them grows as the square
+    if free := free or [body for body in spec.bodies if not body.plugin.active]:
+        return free[:2]
     ours = [body for body in spec.bodies if body.plugin.plugin_name == config.PLUGIN_NAME]
     number = Counter(body.plugin.name for body in ours)
     return [body for body in ours if number[body.plugin.name] > 1][:1]

@@ -41,10 +41,10 @@ def supply(what: int) -> int:
         SLEEP: ("bodies that fall asleep", 1, sleep.sleep_if_balanced, call.call_on_island),
         ROLL: ("rolling resistance", 1, force.advance_rolling, call.call_roll),
         SPIN: ("contacts that spin", 4, sectors.advance_spinning, call.call_spin),
-        COAST: ("contacts that hardly change", 1, coasting.advance_coasting, call.call_coast),
-        START_COASTING: ("contacts that hardly change", 1, coasting.start_coasting, call.call_start_coasting),
+        COAST: ("contacts that hardly change", 2, coasting.advance_coasting, call.call_coast),
+        START_COASTING: ("contacts that hardly change", 2, coasting.start_coasting, call.call_start_coasting),
     }
-    if what == START_COASTING:  # none may start without the other
+    if what == START_COASTING:  # none may start without the other; both are announced by one line
         supply(COAST)
     if TABLE[what] == 0:
         name, seconds, function, caller = made[what]
