@@ -8,6 +8,7 @@ import numpy as np
 from scipy import optimize, stats
 
 from contactlaw.calibration import fit, result
+from contactlaw.calibration.curve import sliding_from
 from contactlaw.calibration.result import Calibration, Estimate, OverSpeedFit
 from contactlaw.calibration.table import Array, Impacts, Mask
 from contactlaw.losses import OverSpeed, Plastic, Viscoelastic
@@ -42,7 +43,7 @@ def assess(
     whole = fit.problem_of(impacts, min(bounce.value or 1.0, 1.0), start, hold=hold)
     evidence = fit.evidence_of(whole)
     residuals, _ = whole.residuals(np.log(evidence.best))
-    regimes, freedom = _regimes(impacts, evidence, whole.curve.restitution), evidence.freedom
+    regimes, freedom = _regimes(impacts, evidence, whole.curve[0]), evidence.freedom
     return Calibration(
         friction=_friction(impacts, evidence, regimes),
         stiffness_ratio=known or _stiffness(evidence, regimes),
@@ -162,7 +163,7 @@ def _regimes(impacts: Impacts, evidence: fit.Evidence, restitution: float) -> li
             return [result.UNKNOWN] * impacts.size
         cells = np.concatenate([cells, evidence.allowed])
     unit = cells[:, :1] / cells[:, 1:]  # V_x1/V_z1 over psi_1
-    ends = unit * fit.sliding_from(cells[:, 1:], impacts.mass_ratio, restitution)
+    ends = unit * sliding_from(cells[:, 1:], impacts.mass_ratio, restitution)
     t = np.abs(impacts.velocities[1] / impacts.velocities[0])
     sure = np.select(
         [t >= ends.max(), t <= unit.min(), (t > unit.max()) & (t < ends.min())],

@@ -13,60 +13,19 @@ allowed region need not be connected, so the whole map is searched.
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 from scipy import ndimage, optimize, stats
-from scipy.interpolate import BSpline, make_interp_spline
 
+from contactlaw.calibration.curve import Curve, curve, distances
 from contactlaw.calibration.table import Array, Impacts, Mask
-from contactlaw.impact import rebound
 
 KAPPA_RANGE = (0.3, 2.0)  # range of the search; G*/E* of elastic materials is 2/3 to 4/3
 FRICTION_GRID = np.geomspace(0.4, 25.0, 64)  # in units of the greatest impulse ratio
 STARTS = 5  # local minima from which a fit starts, at most
 LEAST_SCATTER = 1e-9  # relative error of a velocity by rounding, for synthetic impacts exactly on the curve
-LAW, STEPS = "microslip node_count=32", 256  # the same for all chi: the default resolution changes in steps
 SAME = 2.0  # impacts at angles that scatter by less than this multiple of their errors count as one
-SHARES = np.linspace(0.0, 1.0, 161)  # psi_1 over that from which an impact slides throughout
-
-
-def sliding_from(kappa: Array, mass_ratio: float, restitution: float) -> Array:
-    """psi_1 from which an impact slides throughout, max(1, 2 chi (1 + e) - e); in the paper 4 chi - 1, for e = 1."""
-    return np.maximum(1.0, kappa * mass_ratio * (1.0 + restitution) - restitution)
-
-
-class Curve:
-    """psi_2 by splines through whole impacts at e and m_N/m_T, for kappa from low to high.
-
-    Their rms error is 1e-4 (4e-3 at the kink at psi_1 = 1).
-    """
-
-    def __init__(self, restitution: float, mass_ratio: float, low: float, high: float) -> None:
-        self.restitution, self.mass_ratio = restitution, mass_ratio
-        kappas = np.geomspace(low, high, 41 if high > 1.5 * low else 5)[:, None]
-        psi, chi = SHARES * sliding_from(kappas, mass_ratio, restitution), 0.5 * kappas * mass_ratio
-        less, more = restitution - min(0.01, 0.5 * restitution), min(restitution + 0.01, 1.0)
-        at, below, above = (rebound(psi, chi, LAW, e, steps=STEPS) for e in (restitution, less, more))
-        values = np.stack([at, np.subtract(above, below) / (more - less)], axis=-1)
-        along = make_interp_spline(SHARES, values.swapaxes(0, 1))
-        self._knots, self._coefficients = along.t, make_interp_spline(np.log(kappas[:, 0]), along.c.swapaxes(0, 1))
-
-    def __call__(self, psi: Array, kappa: Array) -> tuple[Array, Array, Array]:
-        """Return psi_2 and its derivatives by psi_1 and by e; psi >= 0, shape (..., n), and kappa, shape (..., 1)."""
-        end, gross = sliding_from(kappa, self.mass_ratio, self.restitution), kappa * self.mass_ratio
-        share, slides = np.minimum(psi / end, 1.0), psi >= end
-        value, slope, by_e = (np.empty(share.shape) for _ in range(3))
-        for one in np.unique(kappa):  # few: at one of them a spline along the shares is left, sooner evaluated
-            here = kappa[..., 0] == one
-            along = BSpline.construct_fast(self._knots, self._coefficients(np.log(one)), 3)
-            both = along(share[here])
-            value[here], by_e[here], slope[here] = both[..., 0], both[..., 1], along(share[here], 1)[..., 0]
-        value = np.where(slides, psi - gross * (1.0 + self.restitution), value)
-        return value, np.where(slides, 1.0, slope / end), np.where(slides, -gross, by_e)
-
-
-curve = lru_cache(maxsize=32)(Curve)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,15 +49,12 @@ class Problem:
 
     def residuals(self, place: Array) -> tuple[Array, Array]:
         """V_x2 less the curve, and its standard deviation [m/s], shapes (..., n)."""
-        (z1, x1, z2, x2), (s_z1, s_x1, s_z2, s_x2) = self.impacts.velocities, self.impacts.errors
-        side, t, e = np.where(x1 < 0.0, -1.0, 1.0), np.abs(x1) / z1, z2 / z1
-        mu, kappa = np.exp(place[..., :1]), np.exp(place[..., 1:])
-        value, slope, by_e = self.curve(kappa / mu * t, kappa)
-        value, by_e = mu / kappa * (value + by_e * (e - self.curve.restitution)), mu / kappa * by_e
-        own = by_e if self.impacts.own_restitution else 0.0
-        by_z1 = t * slope - value + own * e
-        deviation = np.sqrt(s_x2**2 + (slope * s_x1) ** 2 + (by_z1 * s_z1) ** 2 + (own * s_z2) ** 2)
-        return x2 - side * z1 * value, deviation
+        rows, own = np.ascontiguousarray(place.reshape(-1, 2)), self.impacts.own_restitution
+        return distances(rows, self._rows, own, *self.curve).reshape(2, *place.shape[:-1], -1)
+
+    @cached_property
+    def _rows(self) -> Array:
+        return np.concatenate([self.impacts.velocities, self.impacts.errors]).T.copy()
 
     def scaled(self, place: Array) -> Array:
         """Residuals over their deviations, shape (..., n)."""
@@ -125,22 +81,19 @@ class Problem:
 
         Impacts at one angle fit all along a line of places, and small errors make it narrower than the cells.
         """
-        columns = [self._lowered(column) for column in self.grid.swapaxes(0, 1)]
-        return np.stack([places for places, _ in columns], axis=1), np.stack([cost for _, cost in columns], axis=1)
-
-    def _lowered(self, column: Array) -> tuple[Array, Array]:
-        """Places of one kappa (m, 2), with minima along ln mu moved within their cells by Gauss-Newton; and costs."""
-        mu, nearby, cost = column[:, 0], np.array([1e-5, 0.0]), self.cost(column)
-        low, half = np.flatnonzero(cost <= ndimage.minimum_filter1d(cost, 3)), 0.5 * (mu[1] - mu[0])
-        best = column[low]
-        for _ in range(2):
+        places, cost = self.grid.copy(), np.stack([self.cost(row) for row in self.grid])  # all at once takes memory
+        low, nearby = cost <= ndimage.minimum_filter1d(cost, 3, axis=0), np.array([1e-5, 0.0])
+        best, (first, second, last) = places[low], self.grid[[0, 1, -1], 0, 0]
+        reach = 0.5 * (second - first)
+        least, most = np.maximum(best[:, 0] - reach, first), np.minimum(best[:, 0] + reach, last)
+        for _ in range(2):  # Gauss-Newton along ln mu
             now = self.scaled(best)
             slope = (self.scaled(best + nearby) - now) / nearby[0]
             move = np.sum(now * slope, axis=-1) / np.maximum(np.sum(slope**2, axis=-1), 1e-300)
-            best[:, 0] = np.clip(best[:, 0] - move, mu[low] - half, mu[low] + half).clip(mu[0], mu[-1])
-        places, new = column.copy(), self.cost(best)
-        lower = new < cost[low]
-        places[low[lower]], cost[low[lower]] = best[lower], new[lower]
+            best[:, 0] = np.clip(best[:, 0] - move, least, most)
+        new = self.cost(best)
+        places[low] = np.where((new < cost[low])[:, None], best, places[low])
+        cost[low] = np.minimum(new, cost[low])
         return places, cost
 
     def starts(self) -> list[Array]:
@@ -159,9 +112,15 @@ class Problem:
         """
         held, edges = start[self.fitted :], self.grid[[0, -1], [0, -1], : self.fitted]
         terms, loss = (self.terms, "linear") if scale is None else (self.scaled, "huber")
+        near = 1.5e-8 * np.eye(3, 2, -1)[: self.fitted + 1]
+
+        def slopes(free: Array) -> Array:
+            at, *beside = terms(np.append(free, held) + near)  # at once, which takes little longer than one of them
+            return (np.array(beside) - at).T / near.max()
+
         found = optimize.least_squares(
             lambda free: terms(np.append(free, held)), np.clip(start[: self.fitted], *edges), loss=loss,
-            bounds=edges + [[-1e-9], [1e-9]], f_scale=1.345 * (scale or 1.0), xtol=1e-9, ftol=1e-10,
+            jac=slopes, bounds=edges + [[-1e-9], [1e-9]], f_scale=1.345 * (scale or 1.0), xtol=1e-9, ftol=1e-10,
             gtol=None,  # type: ignore[arg-type]
         )  # fmt: skip
         felt = np.abs(found.jac).max(axis=0)
