@@ -103,7 +103,7 @@ class Problem:
         labels = np.array(ndimage.label(low, np.ones((3, 3)))[0])  # type: ignore[index]
         cells = ndimage.minimum_position(cost, labels, range(1, int(labels.max()) + 1))
         given = int(np.argmin(cost[:, self.column])), self.column
-        return [places[cell] for cell in (given, *sorted(cells, key=lambda cell: cost[cell])[:STARTS])]
+        return [places[cell] for cell in {given, *sorted(cells, key=lambda cell: cost[cell])[:STARTS]}]
 
     def solve(self, start: Array, scale: float | None = None) -> tuple[Array, int]:
         """Return the place of the least squares from one start, and the number of parameters that residuals feel there.
