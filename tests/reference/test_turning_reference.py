@@ -9,11 +9,11 @@ import pytest
 from tests.reference import torsion
 from validation.reference import annulus, grid, rings, turning_data
 from validation.reference.refinement import extrapolated
-from validation.reference.turning_paths import NAMES, path
+from validation.reference.turning_paths import NAMES
 
 pytestmark = [pytest.mark.heavy, pytest.mark.slow]
 
-DISK, BALL = 1.256, turning_data.BALL_CHI
+DISK = 1.256
 STICK_RADII = [0.95, 0.8, 0.6, 0.4, 0.2, 0.1]
 P = 4.0 / 3.0  # normal force at overlap 1
 SAVED = turning_data.load()
@@ -30,23 +30,6 @@ def test_torsion_of_the_grid_has_lubkins_moment():
     turned[1:, 2] = torsion.angle(STICK_RADII) * P / (0.25 * (2.0 - nu))
     moment = grid.force_along_path(np.ones(len(turned)), turned, nu=nu, cells=128)[1:, 2]
     np.testing.assert_allclose(moment / P, torsion.moment(STICK_RADII), atol=3e-4 * torsion.FULL_SLIP)
-
-
-def test_rings_and_grid_agree_on_a_circle():
-    """Along a turn and a half of partial slip, both with the same steps."""
-    approach, slide = path("circle", 0.6, 2)
-    force = grid.force_along_path(approach, np.column_stack([slide, np.zeros(len(slide))]), cells=64)[:, :2]
-    np.testing.assert_allclose(force, rings.force_along_path(approach, slide, rings=128), atol=1e-3 * P)
-
-
-def test_spin_changes_the_rebound_as_an_earlier_grid_said():
-    def psi_2(sigma):
-        chi = [BALL, BALL, 0.0]
-        return extrapolated(lambda m: grid.rebound([0.5, 0.0, sigma], chi, cells=m, steps=8 * m), 8)[0][0]
-
-    still = psi_2(0.0)
-    assert still == pytest.approx(annulus.rebound_extrapolated(0.5, BALL)[0], abs=1e-3)
-    assert psi_2(0.18) - still == pytest.approx(-0.10, abs=1e-2)  # another program's, two digits
 
 
 def test_saved_figures_computed_anew_and_coarser():

@@ -2,11 +2,13 @@
 
 import json
 import math
+from functools import cache
 from types import SimpleNamespace
 
 import numba
 import numpy as np
 import pytest
+import typer.testing
 from typer.testing import CliRunner
 
 pytest.importorskip("scipy")
@@ -19,6 +21,7 @@ from sims.scenes import coin
 from sims.worlds import World, new_world
 
 SCENES = find_scenes()
+typer.testing._get_command = cache(typer.testing._get_command)  # else each call makes the commands of all scenes anew
 
 pytestmark = pytest.mark.heavy
 

@@ -122,7 +122,7 @@ def test_random_draws_go_on_to_the_bit(first: int) -> None:
     """In long steps, with near pairs listed at other times than in the original, often within a step."""
     closed = 0
     for draw in range(first, first + 50):
-        closed += goes_on(lambda: eight(2e-3, (1.0, 0.8)[draw % 2], draw), (5, 30, 71)[draw % 3], 50)[0]  # noqa: B023
+        closed += goes_on(lambda: eight(2e-3, (1.0, 0.8)[draw % 2], draw), (5, 30, 71)[draw % 3], 30)[0]  # noqa: B023
     assert closed > 0
 
 
