@@ -1,4 +1,4 @@
-"""What all tests share: heavy tests and worlds need the compiler, and hypothesis runs the same examples every time."""
+"""What all tests share: their order, what needs the compiler, and that hypothesis runs the same examples every time."""
 
 from __future__ import annotations
 
@@ -12,8 +12,19 @@ settings.register_profile("contactlaw", derandomize=True, deadline=None, max_exa
 settings.load_profile("contactlaw")
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Skip heavy tests, and those of worlds, where the kernels run as plain Python."""
+WORLDS = ("engines", "golden", "scenes", "world")  # folders whose tests run the kernels of worlds
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Order tests so that workers compile different kernels; skip what takes too long without compilation.
+
+    xdist gives each worker a share of the tests in order, then what is next. The first begins with worlds and compiles
+    their kernels; meanwhile the others have tests that run none, and find them in the cache later.
+    """
+    if hasattr(config, "workerinput"):
+        share = len(items) // config.workerinput["workercount"] // 4
+        worlds, others = ([item for item in items if (item.path.parent.name in WORLDS) is of] for of in (True, False))
+        items[:] = worlds[:share] + others + worlds[share:]
     if not numba.config.DISABLE_JIT:
         return
     skip = pytest.mark.skip(reason="needs the JIT")
