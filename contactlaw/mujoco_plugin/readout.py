@@ -3,7 +3,9 @@
 import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import mujoco
 import numpy as np
@@ -61,8 +63,7 @@ class ContactState:
 
 def instances_of(model: mujoco.MjModel) -> list[str]:
     """Return the names of the contacts in a compiled model, for `contacts_of` and `ledger_of`."""
-    view = layout.view_of(model)
-    return [view.name("plugin", number) for number in contact_instances(view)]
+    return [*_contacts(layout.view_of(model), model).names]
 
 
 def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str | None = None) -> list[ContactState]:
@@ -79,14 +80,15 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str | None = N
         ValueError: The model has no such contact.
     """
     world = view_of(model, data, *([] if name is None else [name]))
-    view, out, dt = layout.ModelView(model._address), list[ContactState](), float(model.opt.timestep)
-    rows = world.contacts[(world.contacts["phase"] != FREE) & np.isin(world.contacts["pair"], world.numbers)]
-    rows = rows[np.lexsort((rows["shape_b"], rows["shape_a"], rows["pair"]))]
-    sets = {pair: ContactInstance(view, world.instances[pair]).sets for pair in np.unique(rows["pair"]).tolist()}
+    rows, out, dt = world.contacts[world.contacts["phase"] != FREE], list[ContactState](), float(model.opt.timestep)
+    rows = rows if name is None else rows[rows["pair"] == world.numbers[0]]
+    if not rows.size:
+        return out
+    rows, sets_of = rows[np.lexsort((rows["shape_b"], rows["shape_a"], rows["pair"]))], _CONTACTS[model].sets_of
     for row, impulse, point in zip(rows, mean_impulses(world.bodies, rows, dt), world.points(rows), strict=True):
         one, two = (int(world.geoms[row[shape]]) for shape in ("shape_a", "shape_b"))
         sign, normal, touch = 1.0, row["normal"].copy(), row["touch"]
-        if sets[int(row["pair"])].reversed(one, two):
+        if sets_of(int(row["pair"])).reversed(one, two):
             one, two, sign = two, one, -1.0
         across = row["force"] - (row["force"] @ normal) * normal
         radius = float(np.sqrt(max(touch["radius"] * touch["overlap"], 0.0)))
@@ -129,6 +131,24 @@ def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     return out
 
 
+class _Contacts:
+    """The contacts of a model, in which they stay the same: numbers of the plugin instances, names, and sets."""
+
+    def __init__(self, view: layout.ModelView) -> None:
+        self.numbers = contact_instances(view)
+        self.names = [view.name("plugin", number) for number in self.numbers]
+        self.sets_of = cache(lambda pair: ContactInstance(view, self.numbers[pair]).sets)
+
+
+_CONTACTS: WeakKeyDictionary[mujoco.MjModel, _Contacts] = WeakKeyDictionary()
+
+
+def _contacts(view: layout.ModelView, model: mujoco.MjModel) -> _Contacts:
+    if model not in _CONTACTS:
+        _CONTACTS[model] = _Contacts(view)
+    return _CONTACTS[model]
+
+
 class View:
     """Arrays of the world of an mjData.
 
@@ -158,9 +178,10 @@ def view_of(model: mujoco.MjModel, data: mujoco.MjData, *names: str) -> View:
     Raises:
         ValueError: A name is not that of a contact, or the data belongs to another model.
     """
-    known, there = contact_instances(layout.view_of(model, data)), instances_of(model) if names else []
+    contacts = _contacts(layout.view_of(model, data), model)
+    known, there = contacts.numbers, contacts.names
     for name in names:
-        if not isinstance(name, str) or name not in there:
+        if name not in there:
             nearest = offer(str(name), there)
             raise ValueError(f"name = {name!r}: must be the name of a plugin instance of the model; {nearest}")
     if not known:

@@ -216,14 +216,12 @@ def true_velocity(model: Any, data: Any) -> Array:
     correction assumes that only gravity acts.
     """
     out = data.qvel.copy()
-    if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
+    if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4 or not model.opt.gravity.any():
         return out
     if data.time == 0.0:  # nothing has been stepped yet
         pairs = [(one, two) for one, two, _ in mujoco_plugin.overlaps_of(model, data)]
     else:
-        contacts = [
-            one for name in mujoco_plugin.instances_of(model) for one in mujoco_plugin.contacts_of(model, data, name)
-        ]
+        contacts = mujoco_plugin.contacts_of(model, data)
         pairs = [(contact.geom1, contact.geom2) for contact in contacts if contact.touching]
     touching = {int(model.geom_bodyid[geom]) for pair in pairs for geom in pair}
     for joint, body in zip(model.jnt_dofadr, model.jnt_bodyid, strict=True):
