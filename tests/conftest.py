@@ -21,8 +21,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     xdist gives each worker a share of the tests in order, then what is next. The first begins with worlds and compiles
     their kernels; meanwhile the others have tests that run none, and find them in the cache later.
     """
-    if hasattr(config, "workerinput"):
-        share = len(items) // config.workerinput["workercount"] // 4
+    if xdist := getattr(config, "workerinput", None):
+        share = len(items) // xdist["workercount"] // 4
         worlds, others = ([item for item in items if (item.path.parent.name in WORLDS) is of] for of in (True, False))
         items[:] = worlds[:share] + others + worlds[share:]
     if not numba.config.DISABLE_JIT:

@@ -47,8 +47,8 @@ class Problem:
         """Lower bound on the scale of residuals over deviations: 1 with given errors, else rounding."""
         return 1.0 if self.impacts.known_errors else LEAST_SCATTER * float(self.impacts.velocities[0].mean())
 
-    def residuals(self, place: Array) -> tuple[Array, Array]:
-        """V_x2 less the curve, and its standard deviation [m/s], shapes (..., n)."""
+    def residuals(self, place: Array) -> Array:
+        """V_x2 less the curve, and its standard deviation [m/s], shape (2, ..., n)."""
         rows, own = np.ascontiguousarray(place.reshape(-1, 2)), self.impacts.own_restitution
         return distances(rows, self._rows, own, *self.curve).reshape(2, *place.shape[:-1], -1)
 
@@ -120,8 +120,8 @@ class Problem:
 
         found = optimize.least_squares(
             lambda free: terms(np.append(free, held)), np.clip(start[: self.fitted], *edges), loss=loss,
-            jac=slopes, bounds=edges + [[-1e-9], [1e-9]], f_scale=1.345 * (scale or 1.0), xtol=1e-9, ftol=1e-10,
-            gtol=None,  # type: ignore[arg-type]
+            bounds=edges + [[-1e-9], [1e-9]], f_scale=1.345 * (scale or 1.0), xtol=1e-9, ftol=1e-10,
+            gtol=None, jac=slopes,  # type: ignore[arg-type]
         )  # fmt: skip
         felt = np.abs(found.jac).max(axis=0)
         return np.append(found.x, held), int(np.count_nonzero(felt > 1e-5 * felt.max()))

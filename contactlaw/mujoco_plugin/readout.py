@@ -63,7 +63,7 @@ class ContactState:
 
 def instances_of(model: mujoco.MjModel) -> list[str]:
     """Return the names of the contacts in a compiled model, for `contacts_of` and `ledger_of`."""
-    return [*_contacts(layout.view_of(model), model).names]
+    return [*_contacts(model)[1]]
 
 
 def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str | None = None) -> list[ContactState]:
@@ -84,7 +84,7 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str | None = N
     rows = rows if name is None else rows[rows["pair"] == world.numbers[0]]
     if not rows.size:
         return out
-    rows, sets_of = rows[np.lexsort((rows["shape_b"], rows["shape_a"], rows["pair"]))], _CONTACTS[model].sets_of
+    rows, sets_of = rows[np.lexsort((rows["shape_b"], rows["shape_a"], rows["pair"]))], _contacts(model)[2]
     for row, impulse, point in zip(rows, mean_impulses(world.bodies, rows, dt), world.points(rows), strict=True):
         one, two = (int(world.geoms[row[shape]]) for shape in ("shape_a", "shape_b"))
         sign, normal, touch = 1.0, row["normal"].copy(), row["touch"]
@@ -131,21 +131,16 @@ def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     return out
 
 
-class _Contacts:
-    """The contacts of a model, in which they stay the same: numbers of the plugin instances, names, and sets."""
-
-    def __init__(self, view: layout.ModelView) -> None:
-        self.numbers = contact_instances(view)
-        self.names = [view.name("plugin", number) for number in self.numbers]
-        self.sets_of = cache(lambda pair: ContactInstance(view, self.numbers[pair]).sets)
+_CONTACTS: WeakKeyDictionary[mujoco.MjModel, tuple[list[int], list[str], Any]] = WeakKeyDictionary()
 
 
-_CONTACTS: WeakKeyDictionary[mujoco.MjModel, _Contacts] = WeakKeyDictionary()
-
-
-def _contacts(view: layout.ModelView, model: mujoco.MjModel) -> _Contacts:
+def _contacts(model: mujoco.MjModel, *states: mujoco.MjData) -> tuple[list[int], list[str], Any]:
+    """Ids of a model's contacts, their names, and what returns the sets of one; found once, as they stay the same."""
+    view = layout.view_of(model, *states)
     if model not in _CONTACTS:
-        _CONTACTS[model] = _Contacts(view)
+        known = contact_instances(view)
+        names = [view.name("plugin", number) for number in known]
+        _CONTACTS[model] = known, names, cache(lambda pair: ContactInstance(view, known[pair]).sets)
     return _CONTACTS[model]
 
 
@@ -178,10 +173,9 @@ def view_of(model: mujoco.MjModel, data: mujoco.MjData, *names: str) -> View:
     Raises:
         ValueError: A name is not that of a contact, or the data belongs to another model.
     """
-    contacts = _contacts(layout.view_of(model, data), model)
-    known, there = contacts.numbers, contacts.names
+    known, there, _ = _contacts(model, data)
     for name in names:
-        if name not in there:
+        if not isinstance(name, str) or name not in there:
             nearest = offer(str(name), there)
             raise ValueError(f"name = {name!r}: must be the name of a plugin instance of the model; {nearest}")
     if not known:

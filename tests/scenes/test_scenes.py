@@ -4,6 +4,7 @@ import json
 import math
 from functools import cache
 from types import SimpleNamespace
+from typing import Any
 
 import numba
 import numpy as np
@@ -21,7 +22,8 @@ from sims.scenes import coin
 from sims.worlds import World, new_world
 
 SCENES = find_scenes()
-typer.testing._get_command = cache(typer.testing._get_command)  # else each call makes the commands of all scenes anew
+runner: Any = typer.testing
+runner._get_command = cache(runner._get_command)  # else each call makes the commands of all scenes anew
 
 pytestmark = pytest.mark.heavy
 
