@@ -205,8 +205,8 @@ class Tree:
         _, v = self.read((self.numbers["after_q"], self.numbers["after_v"]))
         if (turn := dt * np.abs(v).max()) > MOST_TURN:
             raise ValueError(
-                f"body {self.body}: PyBullet's step has brought it to {turn:.3g} rad or m a step; its joints may have "
-                "more damping than Bullet is stable with (changeDynamics: jointDamping)"
+                f"body {self.body}: PyBullet's step has brought it to {turn:.3g} rad or m a step: shorten the step; "
+                "or its joints have more damping than Bullet is stable with (changeDynamics: jointDamping)"
             )
         take_response(self._block, dt)
 
