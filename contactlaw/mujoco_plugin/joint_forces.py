@@ -36,7 +36,7 @@ from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.world.data.access import axis_at, joint_at
 from contactlaw.world.data.quaternion import conjugate, load4, product, rotation_vector
 from contactlaw.world.data.records import FREE_JOINT, SLIDE
-from contactlaw.world.trees.dynamics import mobility_along, solve
+from contactlaw.world.trees.dynamics import add_square, mobility_along, solve
 from contactlaw.world.trees.kinematics import vector
 from contactlaw.world.trees.mobility import clear
 
@@ -142,18 +142,6 @@ def along_row(t, address):
     for k in range(t.v_size):
         out += x[k] * y[k]
     return out
-
-
-def add_square(t, address, share):
-    """Add a share of x^T x, of the row x, to a matrix at an address."""
-    n, x, out = t.v_size, vector(t.x, t.v_size), vector(address, (t.v_size, t.v_size))
-    some = 0
-    for k in range(n):
-        if x[k] != 0.0:
-            some += 1
-            for i in range(n):
-                out[k, i] += share * x[k] * x[i]
-    t.coupled = 1 if some > 1 else t.coupled
 
 
 def read_tendon_spring(head, j, t, tendon):

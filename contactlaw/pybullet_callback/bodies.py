@@ -1,7 +1,6 @@
 """The bodies of PyBullet that a world holds: read before a step, pushed, and put where the world has them."""
 
 import struct
-import warnings
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from itertools import chain
@@ -11,7 +10,6 @@ from typing import Any
 import numpy as np
 import pybullet as p
 
-from contactlaw.pair import ContactWarning
 from contactlaw.pybullet_callback import rows
 from contactlaw.pybullet_callback.hooks import begin_step, find_pressed, finish_step, has_flown, rewind, select_pushed
 from contactlaw.pybullet_callback.shapes import BASE, Key, Measured, engine_parameters, name_of
@@ -67,7 +65,7 @@ class Bodies:
         self._head["count"], self._head["singles"] = len(keys), count
         self._head_at = self._head.ctypes.data
         self.rows["left"]["position"] = np.nan
-        self.outdated, self._told = False, set[int]()  # bodies of which a warning has been given
+        self.outdated = False
         self.dt, self._parameters = 0.0, ()
         self._moving = self._head["moving"] = m = sum(mass_of(key, client)[0] > 0.0 for key in keys[:count])
         motions, after, velocities = np.zeros((count, 13)), np.zeros((m, 7)), np.zeros((m, 6))
@@ -94,7 +92,7 @@ class Bodies:
             self._head[name] = array.ctypes.data
         for one in self.trees:
             one.bind(self.arrays, self.rows)
-        self._flies = self._sleeps = False
+        self.flies = self._sleeps = False
 
     def read_masses(self, these: Iterable[int]) -> None:
         """Read masses and inertias of bodies without joints; wake those that have others than before.
@@ -126,7 +124,7 @@ class Bodies:
 
     def take_step(self) -> int:
         """Step PyBullet, then the world with the accelerations of that step; return as `hooks.write_bodies`."""
-        if not self._flies:
+        if not self.flies:
             for one in self.trees:
                 one.read(one.start)
             if self._read() or not self._sleeps:
@@ -136,7 +134,7 @@ class Bodies:
             for one in self.trees:
                 one.apply_push()
         STEP_BULLET(self._client)
-        if self._flies and self._fly():
+        if self.flies and self._fly():
             return 0
         before, self._after = self._after, self._read_velocities(self._after if self._sleeps else ())
         if self._sleeps:
@@ -158,7 +156,7 @@ class Bodies:
         self._sleeps = False
         self._read_parameters()
         pushed = self._set_bodies()
-        self._flies = pushed == PASSED
+        self.flies = pushed == PASSED
         self._pushes = self._calls_to_push(max(pushed, 0))
 
     def _read_parameters(self) -> None:
@@ -237,7 +235,7 @@ class Bodies:
             rewind(self._head_at)
             if self._set_bodies() == PASSED:
                 done = has_flown(self._head_at)
-        self._flies = done == PASSED
+        self.flies = done == PASSED
         return done != STRAYED
 
     def _finish_step(self) -> int:
@@ -246,21 +244,10 @@ class Bodies:
             if done == rows.NOT_FINITE:
                 self._refuse()
             if done == rows.PUSHED_OTHERWISE:
-                self.read_masses(disturbed := np.flatnonzero(self.rows["disturbed"] == 2).tolist())
-                self._warn_of_constraints({self._keys[k][0] for k in disturbed} - self._told)
+                self.read_masses(np.flatnonzero(self.rows["disturbed"] == 2).tolist())
             elif not PENDING_ERROR:  # whose truth raises an error that was stored
                 self.bind(with_more_room(self.arrays))
         return done
-
-    def _warn_of_constraints(self, bodies: set[int]) -> None:
-        """Warn of bodies that a constraint joins to what is much heavier, as contacts do not feel it within a step."""
-        for k in range(p.getNumConstraints(self._client) if bodies else 0):
-            info = p.getConstraintInfo(p.getConstraintUniqueId(k, self._client), self._client)
-            for held, holder in ((info[0], info[2:4]), (info[2], info[:2])):
-                mass = p.getDynamicsInfo(*holder, self._client)[0] if holder[0] >= 0 else 0.0
-                if held in bodies and not 0.0 < mass <= 2.0 * mass_of((held, BASE), self._client)[0]:
-                    self._told.add(held)
-                    warnings.warn(f"body {held}: held by a constraint, which contacts do not feel", ContactWarning, 5)
 
     def _put(self, number: int) -> None:
         """Set pose and velocity of the first `number` selected bodies to where they are `left`."""

@@ -12,6 +12,7 @@ import pybullet as p
 from contactlaw import checks
 from contactlaw.jit import INTERPRETED
 from contactlaw.pair import ContactPair, ContactWarning
+from contactlaw.pybullet_callback.constraints import numbers_of
 from contactlaw.pybullet_callback.contact import Contact, ContactState, Tags, set_groups, sets_of
 from contactlaw.pybullet_callback.rows import LISTED, NOTED
 from contactlaw.pybullet_callback.scene import Saved, Scene
@@ -211,6 +212,9 @@ class ContactCallback:
             self._tags.check()
             self._body_count = count
         scene = self._made or self._scene
+        if not scene.bodies.flies and numbers_of(self._client) != self._constraints:
+            self.look()
+            scene = self._scene
         try:
             flags = scene.bodies.take_step()
         except p.error:  # its message does not name the body
@@ -249,7 +253,7 @@ class ContactCallback:
             self._made = Scene(
                 self._client, self._contacts, self._old, self._moves, self._tags.check, self._crowd_substeps
             )
-            self._old = None
+            self._old, self._constraints = None, numbers_of(self._client)
         return self._made
 
     def _change(self, contacts: dict[int, Contact]) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pybullet as p
 
 from contactlaw.pybullet_callback.bodies import Bodies, mass_of
+from contactlaw.pybullet_callback.constraints import systems_of
 from contactlaw.pybullet_callback.contact import Contact, ContactState
 from contactlaw.pybullet_callback.shapes import Key, Measured, Side, can_move
 from contactlaw.pybullet_callback.trees import Tree
@@ -51,14 +52,15 @@ class Scene:
         self.world = World(gravity=0.0, substeps=most, crowd_substeps=crowd_substeps)
         self.shapes: dict[Key, list[int]] = {}
         self._side_of: dict[int, Key] = {}
-        jointed = [body for body in dict.fromkeys(key[0] for key in order) if p.getNumJoints(body, client)]
-        trees = {body: Tree(client, body) for body in jointed if can_move(client, body)}
-        places = {
-            key: trees[key[0]].place_of(key[1]) for key in order if key[0] in trees and key[1] in trees[key[0]].links
-        }
+        bodies_of = dict.fromkeys(key[0] for key in order)
+        systems = {body: [body] for body in bodies_of if p.getNumJoints(body, client) and can_move(client, body)}
+        systems |= systems_of(client, bodies_of)
+        made = {tuple(system): Tree(client, system) for system in systems.values()}
+        trees = {body: made[tuple(system)] for body, system in systems.items()}
+        places = {key: trees[key[0]].place_of(key) for key in order if key[0] in trees and key in trees[key[0]].links}
         bodies = sorted((key for key in order if key not in places), key=lambda key: mass_of(key, client)[0] == 0.0)
         self._row = {key: self.world.add_body(np.inf, 1.0) for key in bodies}
-        for tree in trees.values():
+        for tree in made.values():
             bodies += tree.add_to(self.world)
         self._row |= {key: trees[key[0]].first + member for key, (member, _) in places.items()}
         roundings = {key: one.rounding for one in contacts.values() if one.rounding is not None for key in one.sides}
@@ -72,7 +74,7 @@ class Scene:
             if part != owner:
                 self._note_shapes(self._side_of[owner], [part])
         self.world.arrays.pairs["relaxed"] = 1
-        self.bodies = Bodies(client, self.world, bodies, list(trees.values()), measured, moves, check)
+        self.bodies = Bodies(client, self.world, bodies, list(made.values()), measured, moves, check)
         if old:
             self._take_over(old)
 
@@ -171,11 +173,12 @@ class Scene:
         mine, theirs = self.bodies.arrays, old.bodies.arrays
         for handle in self._contacts.keys() & old._contacts.keys():
             mine.pairs["ledger"][self._handles.index(handle)] = theirs.pairs["ledger"][old._handles.index(handle)]
-        before = {one.body: one for one in old.bodies.trees}
+        before = {one.bodies: one for one in old.bodies.trees}
         for one in self.bodies.trees:
-            if one.body in before and before[one.body].joints == one.joints:
-                one.restore(before[one.body].save())
-                if one.known != before[one.body].known:
+            was = before.get(one.bodies)
+            if was is not None and (was.joints, was.ties) == (one.joints, one.ties):
+                one.restore(was.save())
+                if one.known != was.known:
                     mine.world["edited"] = EDITED
         numbers: dict[int, int] = {}
         for key, shapes in old.shapes.items():
@@ -183,12 +186,12 @@ class Scene:
                 continue
             numbers.update(zip(shapes, self.shapes[key], strict=False))
             i, j = self._row[key], old._row[key]
-            row, was = self.bodies.rows[i], old.bodies.rows[j]
-            row["pressed"] = was["pressed"]
-            if i < self.bodies.singles:
+            row, left = self.bodies.rows[i], old.bodies.rows[j]
+            row["pressed"] = left["pressed"]
+            if i < self.bodies.singles and j < old.bodies.singles:
                 mass, inertia = row["mass"], row["inertia"].copy()
-                same = mass == was["mass"] and (inertia == was["inertia"]).all()
-                self.bodies.rows[i] = was
+                same = mass == left["mass"] and (inertia == left["inertia"]).all()
+                self.bodies.rows[i] = left
                 row["mass"], row["inertia"] = mass, inertia
                 for name in BODY_STATE:
                     mine.bodies[i + 1][name] = theirs.bodies[j + 1][name]

@@ -67,15 +67,15 @@ def test_the_model_moves_as_the_engine_does(client: int, base_mass: float, joint
     body, dt = arm(client, base_mass, joints), 1e-6
     p.setGravity(1.0, 2.0, -G, client)
     p.setTimeStep(dt, client)
-    one, world = Tree(client, body), World(gravity=0.0)
+    one, world = Tree(client, [body]), World(gravity=0.0)
     one.add_to(world)
     arrays = world.arrays.bound()
     one.read(one.start)
     rows = np.zeros(arrays.bodies.size, ROW)  # the tree keeps its address, not the array
     one.bind(arrays, rows)
     one.begin_step(np.array([1.0, 2.0, -G]), 0.0)
-    for link in one.links:
-        member, (at, _) = one.place_of(link)
+    for _, link in one.links:
+        member, (at, _) = one.place_of((body, link))
         own = arrays.bodies[one.first + 1 + member]
         pose = p.getBasePositionAndOrientation(body, client) if link < 0 else p.getLinkState(body, link, 0, 1, client)
         np.testing.assert_allclose(own["position"] + own["axes"].reshape(3, 3) @ at, pose[0], atol=1e-12)
@@ -106,7 +106,7 @@ def test_ball_on_a_hinged_paddle_conserves_energy(client: int, dt: float, base_m
     steps = 3 + int(8e-4 / dt)
     step(callback, steps)
     velocity, spin = velocities(client, body)
-    one, world = Tree(client, racket), World(gravity=0.0)
+    one, world = Tree(client, [racket]), World(gravity=0.0)
     one.add_to(world)
     q, v = one.read(one.start)
     write_coordinates(world.arrays.bound(), 0, q, v)
@@ -124,7 +124,7 @@ def test_momentum_of_a_free_tree_and_a_ball(client: int) -> None:
     bullet = ball(client, target + [0.0, 0.0, 0.1 + RADIUS + 0.01], [0, 0, -3.0])
     callback, handle = in_contact(client, bullet, body, pair_of(friction=0.0), link_b=1, dt=1e-3)
 
-    one, world = Tree(client, body), World(gravity=0.0)
+    one, world = Tree(client, [body]), World(gravity=0.0)
     one.add_to(world)
     arrays = world.arrays.bound()
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 import pytest
 from pybullet_scenes import (
@@ -182,23 +180,3 @@ def test_what_rests_on_a_body_that_is_placed_elsewhere_falls_from_the_first_step
         step(callback)
         speed = p.getJointState(body, 0, client)[1] if jointed else p.getBaseVelocity(body, client)[0][2]
         assert speed == pytest.approx((count + 0.5) * fall / 240, rel=1e-3)  # half a step behind, as Bullet keeps it
-
-
-@pytest.mark.parametrize(("mass", "said"), [(0.1, 1), (2.0, 0)])
-def test_a_light_body_that_a_constraint_holds_under_a_load_is_warned_of_once(
-    client: int, mass: float, said: int
-) -> None:
-    """Contacts do not feel constraints within a step: a held plate of a fifth of its load throws that off."""
-    p.setGravity(0, 0, -G, client)
-    box = shape(client, p.GEOM_BOX, halfExtents=[0.2, 0.2, 0.05])
-    plate, holder = (p.createMultiBody(m, box, -1, [0, 0, z], physicsClientId=client) for m, z in ((mass, 1), (1, 0.5)))
-    load = ball(client, [0, 0, 1.05 + RADIUS])
-    p.createConstraint(
-        plate, -1, holder, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, -0.25], [0, 0, 0.25], physicsClientId=client
-    )
-    p.createConstraint(holder, -1, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0], [0, 0, 0.5], physicsClientId=client)
-    callback, _ = in_contact(client, plate, load, pair_of())
-    with warnings.catch_warnings(record=True) as seen:
-        warnings.simplefilter("always")
-        step(callback, 100)
-    assert sum("held by a constraint" in str(one.message) for one in seen) == said

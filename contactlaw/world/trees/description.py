@@ -1,6 +1,6 @@
 """Trees of bodies, described body by body."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 
@@ -89,8 +89,11 @@ class Tree:
         self.q_size, self.v_size = self.start.size, self.rows.axes.size
 
 
-def records_of(parts: Sequence[Part]) -> TreeRecords:
-    """Return the records of a tree; parts without joints become one body with what they are fixed to."""
+def records_of(parts: Sequence[Part], joined: Iterable[Iterable[int]] = ()) -> TreeRecords:
+    """Return the records of a tree; parts without joints become one body with what they are fixed to.
+
+    joined: sets of velocities that a constraint couples, see `TreeRecords`.
+    """
     joints, count = [joint for part in parts for joint in part.joints], [len(part.joints) for part in parts]
     kinds = [KINDS[joint.kind] for joint in joints]
     start, v = [ZERO[kind] for kind in kinds], [V_SIZE[kind] for kind in kinds]
@@ -104,7 +107,7 @@ def records_of(parts: Sequence[Part]) -> TreeRecords:
         "dof_armature": np.repeat([joint.armature for joint in joints], v),
         "dof_damping": np.repeat([joint.damping for joint in joints], v),
     }  # fmt: skip
-    return TreeRecords(SimpleNamespace(**arrays), range(len(parts)))
+    return TreeRecords(SimpleNamespace(**arrays), range(len(parts)), joined=joined)
 
 
 def _checked(part: Part) -> Part:

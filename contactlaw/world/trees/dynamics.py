@@ -313,4 +313,16 @@ def project(t, b, impulse, moment, x):
     return last
 
 
+def add_square(t, address, share):
+    """Add a share of x^T x, of the row x, to a matrix at an address."""
+    n, x, out = t.v_size, vector(t.x, t.v_size), vector(address, (t.v_size, t.v_size))
+    some = 0
+    for k in range(n):
+        if x[k] != 0.0:
+            some += 1
+            for i in range(n):
+                out[k, i] += share * x[k] * x[i]
+    t.coupled = 1 if some > 1 else t.coupled
+
+
 jit_module(__name__)
