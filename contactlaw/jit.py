@@ -175,15 +175,25 @@ def jit_for(key: str, **options: Any) -> Callable[[Function], Function]:
 
 
 @contextmanager
-def _faster_compilation() -> Iterator[None]:
-    """Shorten compilations inside the context by settings of Python and numba.
-
-    The garbage collector is off, since nearly all objects of a compilation stay alive. numba's timers of LLVM's passes
-    are off. Resolved types of functions are memoised.
-    """
-    collects, timer = gc.isenabled(), event.install_timer
-    typing: Any = cpu_target.typing_context
+def uncollected() -> Iterator[None]:
+    """Switch the garbage collector off where many objects are made that nearly all stay alive."""
+    collects = gc.isenabled()
     gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            if gc.get_freeze_count() == 0:  # unfreezing would also release objects that the application has frozen
+                gc.freeze()  # freeze and unfreeze move new objects to the oldest generation, which is searched last
+                gc.unfreeze()
+            gc.enable()
+
+
+@contextmanager
+def _faster_compilation() -> Iterator[None]:
+    """Shorten compilations inside the context: numba's timers of LLVM's passes are off, types are resolved once."""
+    timer = event.install_timer
+    typing: Any = cpu_target.typing_context
     event.install_timer = lambda kind, callback: nullcontext()
     resolve, known = typing.resolve_function_type, {}
 
@@ -201,11 +211,6 @@ def _faster_compilation() -> Iterator[None]:
     finally:
         del vars(typing)["resolve_function_type"]
         event.install_timer = timer
-        if collects:
-            if gc.get_freeze_count() == 0:  # unfreezing would also release objects that the application has frozen
-                gc.freeze()  # freeze and unfreeze move new objects to the oldest generation, which is searched last
-                gc.unfreeze()
-            gc.enable()
 
 
 class _Report(event.Listener):
@@ -230,6 +235,7 @@ class _Report(event.Listener):
                 report_no_cache("no folder for numba's cache")
         if self.depth == 0:
             self.began = perf_counter()
+            self.settings.enter_context(uncollected())
             self.settings.enter_context(_faster_compilation())
         self.depth += 1
 

@@ -1,6 +1,10 @@
 """`python -m sims`."""
 
-from sims.cli import app
-from sims.ending import run
+from contactlaw import checks
+
+checks.need("typer", "python -m sims", "all")
+
+from sims.cli import app  # noqa: E402
+from sims.ending import run  # noqa: E402
 
 run(app)

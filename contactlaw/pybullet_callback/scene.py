@@ -54,7 +54,7 @@ class Scene:
         self._side_of: dict[int, Key] = {}
         bodies_of = dict.fromkeys(key[0] for key in order)
         systems = {body: [body] for body in bodies_of if p.getNumJoints(body, client) and can_move(client, body)}
-        systems |= systems_of(client, bodies_of)
+        systems |= {body: system for body, system in systems_of(client).items() if body in bodies_of}
         made = {tuple(system): Tree(client, system) for system in systems.values()}
         trees = {body: made[tuple(system)] for body, system in systems.items()}
         places = {key: trees[key[0]].place_of(key) for key in order if key[0] in trees and key in trees[key[0]].links}

@@ -72,11 +72,11 @@ class Tree:
         for body in bodies:
             self._add_parts(body, parts)
         self.rows = rows = records_of(parts)
-        self.ties = ties_of(client, bodies)
+        self.ties = [one for one in ties_of(client) if any(body in bodies for body, _ in one.links)]
         if self.ties:
             self.rows = rows = records_of(parts, [self._axes_of(one.links) for one in self.ties])
         self.q_size, self.v_size = rows.start.size, rows.axes.size
-        self.joints = rows.joints[["kind", "first_q", "first_axis"]].tolist()
+        self.joints: list[Any] = rows.joints[["kind", "first_q", "first_axis"]].tolist()
         joints = iter(self.joints)
         self._members = [self._member(body, joints) for body in bodies]
         sizes = {"q": self.q_size, "v": self.v_size, "t": len(self.ties)}
@@ -243,8 +243,8 @@ class Tree:
         _, v = self.read((self.numbers["after_q"], self.numbers["after_v"]))
         if (turn := dt * np.abs(v).max()) > MOST_TURN:
             raise ValueError(
-                f"body {self.bodies[0]}: PyBullet's step has brought it to {turn:.3g} rad or m a step: shorten the step; "
-                "or its joints have more damping than Bullet is stable with (changeDynamics: jointDamping)"
+                f"body {self.bodies[0]}: PyBullet's step has brought it to {turn:.3g} rad or m a step: shorten the "
+                "step; or its joints have more damping than Bullet is stable with (changeDynamics: jointDamping)"
             )
         self.numbers["slack"][:] = [one.is_slack(self._client) for one in self.ties]
         take_response(self._block, dt)
