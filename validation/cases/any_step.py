@@ -115,7 +115,8 @@ class AnyStep(Case):
             right.loglog(times, found["rms"], **(style | {"markersize": 2.5, "linewidth": 0.7}), label="rms")
         for n, time, error in zip(data["substeps"], times, data["in_substeps"]["e = 1"]["error"], strict=True):
             box = {"color": "white", "pad": 0.5}
-            right.annotate(str(n), (time, error), xytext=(3, 5), textcoords="offset points", fontsize=8, bbox=box)
+            beside: dict[str, Any] = {"xytext": (6, 0), "textcoords": "offset points", "va": "center"}
+            right.annotate(str(n), (time, error), **beside, fontsize=8, bbox=box)
         for axes in (left, right):
             limit_line(axes, ASKED, "asked")
             axes.set_ylabel(r"error in $\psi_2$ [-]")
