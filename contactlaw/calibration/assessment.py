@@ -43,7 +43,7 @@ def assess(
     whole = fit.problem_of(impacts, min(bounce.value or 1.0, 1.0), start, hold=hold)
     evidence = fit.evidence_of(whole)
     residuals, _ = whole.residuals(np.log(evidence.best))
-    regimes, freedom = _regimes(impacts, evidence, whole.curve[0]), evidence.freedom
+    regimes, freedom = _regimes(impacts, evidence, whole.curve.restitution), evidence.freedom
     return Calibration(
         friction=_friction(impacts, evidence, regimes),
         stiffness_ratio=known or _stiffness(evidence, regimes),

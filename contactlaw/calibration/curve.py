@@ -2,6 +2,7 @@
 
 from functools import lru_cache
 from math import exp, factorial, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
@@ -20,7 +21,13 @@ def sliding_from(kappa: Array, mass_ratio: float, restitution: float) -> Array:
     return np.maximum(1.0, kappa * mass_ratio * (1.0 + restitution) - restitution)
 
 
-Curve = tuple[float, float, Array, Array]  # e, m_N/m_T, ln kappa, and coefficients as of `_powers` over it and SHARES
+class Curve(NamedTuple):
+    """psi_2 and its derivative by e at e and m_N/m_T: coefficients as of `_powers` over ln kappa and SHARES."""
+
+    restitution: float
+    mass_ratio: float
+    logs: Array
+    powers: Array
 
 
 @lru_cache(maxsize=32)
@@ -34,7 +41,7 @@ def curve(restitution: float, mass_ratio: float, low: float, high: float) -> Cur
     less, more = restitution - min(0.01, 0.5 * restitution), min(restitution + 0.01, 1.0)
     at, below, above = (rebound(psi, chi, LAW, e, steps=STEPS) for e in (restitution, less, more))
     values, logs = np.stack([at, np.subtract(above, below) / (more - less)], axis=-1), np.log(kappas[:, 0])
-    return restitution, mass_ratio, logs, _powers(logs, _powers(SHARES, values, 1), 0)
+    return Curve(restitution, mass_ratio, logs, _powers(logs, _powers(SHARES, values, 1), 0))
 
 
 def _powers(x: Array, values: Array, axis: int) -> Array:
@@ -44,18 +51,17 @@ def _powers(x: Array, values: Array, axis: int) -> Array:
 
 
 @jit
-def distances(places, impacts, own, restitution, mass_ratio, logs, powers):
+def distances(places, ends, impacts, own, restitution, mass_ratio, logs, powers):
     """V_x2 less the curve, and its standard deviation [m/s], shape (2, m, n).
 
-    places: (ln mu, ln kappa), shape (m, 2). impacts: velocities and errors as in `Impacts`, shape (n, 8). own: V_z2 was
-    measured, so that its error counts. The others are those of a `curve`.
+    places: (ln mu, ln kappa), shape (m, 2); ends: `sliding_from` there. impacts: velocities and errors as in `Impacts`,
+    shape (n, 8). own: V_z2 was measured, so that its error counts. The others are those of a `Curve`.
     """
     out = np.empty((2, len(places), len(impacts)))
     for row in range(len(places)):
         kappa, unit = exp(places[row, 1]), exp(places[row, 0] - places[row, 1])
         line = min(max(int((places[row, 1] - logs[0]) / (logs[1] - logs[0])), 0), len(powers) - 1)
-        u, gross = places[row, 1] - logs[line], kappa * mass_ratio
-        end = max(1.0, gross * (1.0 + restitution) - restitution)
+        u, gross, end = places[row, 1] - logs[line], kappa * mass_ratio, ends[row]
         for i in range(len(impacts)):
             z1, x1, z2, x2 = impacts[i, 0], impacts[i, 1], impacts[i, 2], impacts[i, 3]
             t, e = abs(x1) / z1, z2 / z1

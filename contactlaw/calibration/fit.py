@@ -18,7 +18,7 @@ from functools import cached_property
 import numpy as np
 from scipy import ndimage, optimize, stats
 
-from contactlaw.calibration.curve import Curve, curve, distances
+from contactlaw.calibration.curve import Curve, curve, distances, sliding_from
 from contactlaw.calibration.table import Array, Impacts, Mask
 
 KAPPA_RANGE = (0.3, 2.0)  # range of the search; G*/E* of elastic materials is 2/3 to 4/3
@@ -50,7 +50,8 @@ class Problem:
     def residuals(self, place: Array) -> Array:
         """V_x2 less the curve, and its standard deviation [m/s], shape (2, ..., n)."""
         rows, own = np.ascontiguousarray(place.reshape(-1, 2)), self.impacts.own_restitution
-        return distances(rows, self._rows, own, *self.curve).reshape(2, *place.shape[:-1], -1)
+        ends = sliding_from(np.exp(rows[:, 1]), self.curve.mass_ratio, self.curve.restitution)
+        return distances(rows, ends, self._rows, own, *self.curve).reshape(2, *place.shape[:-1], -1)
 
     @cached_property
     def _rows(self) -> Array:
@@ -103,7 +104,7 @@ class Problem:
         labels = np.array(ndimage.label(low, np.ones((3, 3)))[0])  # type: ignore[index]
         cells = ndimage.minimum_position(cost, labels, range(1, int(labels.max()) + 1))
         given = int(np.argmin(cost[:, self.column])), self.column
-        return [places[cell] for cell in {given, *sorted(cells, key=lambda cell: cost[cell])[:STARTS]}]
+        return [places[cell] for cell in dict.fromkeys((given, *sorted(cells, key=lambda cell: cost[cell])[:STARTS]))]
 
     def solve(self, start: Array, scale: float | None = None) -> tuple[Array, int]:
         """Return the place of the least squares from one start, and the number of parameters that residuals feel there.

@@ -46,6 +46,7 @@ class Bodies:
     Attributes:
         dt: Time step [s].
         singles: Number of bodies without joints.
+        flies: Whether no two bodies can touch in the next step, which then begins by nothing.
         outdated: Whether a body has got a mass, or lost it, so that other bodies than before can move.
     """
 

@@ -56,7 +56,7 @@ class ContactCallback:
         self._contacts: dict[int, Contact] = {}
         self._handles = count()
         self._tags = Tags(self._client)
-        self._body_count = -1
+        self._body_count, self._constraints = -1, list[int]()  # as last seen
         self._old: Scene | None = None
         self._made: Scene | None = None
         _ALL.add(self)

@@ -5,8 +5,7 @@ from typing import Any, NamedTuple
 import pybullet as p
 
 from contactlaw.pybullet_callback.shapes import BASE, MULTIBODY, Key, can_move
-
-FULL = 1.0 - 1e-9  # share of its greatest force at which a constraint counts as at that limit
+from contactlaw.pybullet_callback.tree_hooks import EXACT
 
 
 class Tie(NamedTuple):
@@ -21,7 +20,7 @@ class Tie(NamedTuple):
 
     def is_slack(self, client: int) -> bool:
         """Return whether it gave its greatest force in the last step."""
-        most = FULL * p.getConstraintInfo(self.number, client)[10]
+        most = (1.0 - EXACT) * p.getConstraintInfo(self.number, client)[10]
         return any(abs(force) >= most for force in p.getConstraintState(self.number, client))
 
 

@@ -52,9 +52,9 @@ class Scene:
         self.world = World(gravity=0.0, substeps=most, crowd_substeps=crowd_substeps)
         self.shapes: dict[Key, list[int]] = {}
         self._side_of: dict[int, Key] = {}
-        bodies_of = dict.fromkeys(key[0] for key in order)
-        systems = {body: [body] for body in bodies_of if p.getNumJoints(body, client) and can_move(client, body)}
-        systems |= {body: system for body, system in systems_of(client).items() if body in bodies_of}
+        ids = dict.fromkeys(key[0] for key in order)
+        systems = {body: [body] for body in ids if p.getNumJoints(body, client) and can_move(client, body)}
+        systems |= {body: system for body, system in systems_of(client).items() if body in ids}
         made = {tuple(system): Tree(client, system) for system in systems.values()}
         trees = {body: made[tuple(system)] for body, system in systems.items()}
         places = {key: trees[key[0]].place_of(key) for key in order if key[0] in trees and key in trees[key[0]].links}
@@ -186,12 +186,12 @@ class Scene:
                 continue
             numbers.update(zip(shapes, self.shapes[key], strict=False))
             i, j = self._row[key], old._row[key]
-            row, left = self.bodies.rows[i], old.bodies.rows[j]
-            row["pressed"] = left["pressed"]
+            row, past = self.bodies.rows[i], old.bodies.rows[j]
+            row["pressed"] = past["pressed"]
             if i < self.bodies.singles and j < old.bodies.singles:
                 mass, inertia = row["mass"], row["inertia"].copy()
-                same = mass == left["mass"] and (inertia == left["inertia"]).all()
-                self.bodies.rows[i] = left
+                same = mass == past["mass"] and (inertia == past["inertia"]).all()
+                self.bodies.rows[i] = past
                 row["mass"], row["inertia"] = mass, inertia
                 for name in BODY_STATE:
                     mine.bodies[i + 1][name] = theirs.bodies[j + 1][name]

@@ -55,7 +55,7 @@ class Tree:
         bodies: Their ids.
 
     Attributes:
-        bodies: The same.
+        bodies: The same, as a tuple.
         joints: Kind, and first index among coordinates and velocities of joints; of a free base of four.
         rows: Its `TreeRecords`.
         links: PyBullet's bodies and links that move, in their order.
@@ -103,7 +103,7 @@ class Tree:
             self.links.append((body, BASE))
             self.heads.append((body, BASE))
         elif whole:
-            stands[BASE] = pose_of(*p.getBasePositionAndOrientation(body, self._client))
+            stands = {BASE: pose_of(*p.getBasePositionAndOrientation(body, self._client))}
         for link, info in enumerate(self._infos[body]):
             own, parent, kind = known[link + 1], info.parent, KINDS.get(info.kind)
             at = pose_of(own[2], own[3]).inverse().place

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pybullet_scenes import FREE, RADIUS, ball, p, pair_of, plane, shape
+from pybullet_scenes import FREE, RADIUS, ball, in_contact, p, pair_of, plane, shape
 
 from contactlaw.pybullet_callback import ContactCallback
 
@@ -15,12 +15,8 @@ BOTH = {p.JOINT_FIXED: p.JOINT_FIXED, p.JOINT_POINT2POINT: p.JOINT_SPHERICAL, p.
 """Constraints, and the joints that do the same."""
 
 
-def in_law(client: int, ones: Any, twos: Any, restitution: float = 0.5, dt: float = 1e-3) -> ContactCallback:
-    p.setGravity(0, 0, -G, client)
-    p.setTimeStep(dt, client)
-    callback = ContactCallback(client)
-    callback.add_contact(ones, twos, pair_of(restitution=restitution))
-    return callback
+def in_law(client: int, ones: Any, twos: Any) -> ContactCallback:
+    return in_contact(client, ones, twos, pair_of(restitution=0.5), dt=1e-3, gravity=G)[0]
 
 
 def hold(client: int, body: int, place: list[float]) -> int:
