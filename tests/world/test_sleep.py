@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from contactlaw.world import World
-from sims.heap import poured
+from sims.heap import DEFAULT, poured
 from sims.scene import NONE, Settings
 from tests.world.world_scenes import FLOOR, RADIUS, balls, steel_pair
 
@@ -68,6 +70,16 @@ def test_a_heap_sleeps_but_for_what_rolls_freely(seed: int) -> None:
     closed = made.world.contacts[made.world.contacts["closed"]]
     touching = np.bincount(closed["bodies"][closed["bodies"] >= 0], minlength=64)
     assert (made.world.asleep | (touching == 1)).all() and made.world.asleep.sum() >= 62
+
+
+def test_a_heap_without_friction_sleeps() -> None:
+    """All of it: its balls do not spin, which nothing would stop."""
+    made = poured(Settings(NONE, timestep=2e-3), 27, o=SimpleNamespace(**(vars(DEFAULT) | {"friction": 0.0})))
+    made.start()
+    made.step(100)
+    assert RADIUS * np.abs(made.world.spin).max() < 1e-12 * np.abs(made.world.velocity).max()
+    made.step(500)
+    assert made.world.asleep.all()
 
 
 @pytest.mark.parametrize("gone", [lambda world: world.place(0, position=(1.0, 0.0, LOW)),

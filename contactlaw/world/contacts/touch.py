@@ -306,6 +306,7 @@ def advance(w, c, slot, span):
         c.end_weight = (spacing * (1.0 + end) - 0.5 * (h + following)) / h
     if pressed < 0.0 and own > 0.0:  # the force has ended within the substep
         weight = single_end(max(pushed[0] / (pushed[0] - pressed), SUDDEN), True)
+        store(c.force, in_frame(c, *pushed))  # at its present arms it would turn round bodies in its earlier direction
         apply_force(c, a, b, weight * h)
         c.normal_work -= weight * pushed[0] * (overlap - before)
         c.friction_work -= weight * (pushed[1] * moved[0] + pushed[2] * moved[1])
@@ -337,8 +338,14 @@ def add_work(c, share, gained, moved):
 @jit_inline
 def force_of(c):
     """Return the force on A [N], in the contact's present frame."""
-    t, n, e = c.touch, load(c.normal), load(c.tangent)
-    return axpy(t.force, n, axpy(-t.f, e, scale(-t.g, cross(n, e))))
+    return in_frame(c, c.touch.force, c.touch.f, c.touch.g)
+
+
+@jit_inline
+def in_frame(c, p, f, g):
+    """Return the force on A [N] of which a contact has these components: P, and friction along both tangents on B."""
+    n, e = load(c.normal), load(c.tangent)
+    return axpy(p, n, axpy(-f, e, scale(-g, cross(n, e))))
 
 
 @jit_inline
