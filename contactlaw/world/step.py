@@ -28,6 +28,7 @@ from contactlaw.world.island import integrate
 from contactlaw.world.near.guards import any_guard_exceeded, surface_speed
 from contactlaw.world.near.listing import list_near, list_parts_anew, may_leave_margin
 from contactlaw.world.near.passing import find_pressed
+from contactlaw.world.shapes.geometry import forget_place
 from contactlaw.world.sleep import is_disturbed, wake
 
 # of the smallest radius of a body: how far it may move in steps that are made as one. Of 2000 balls in flight 0.1 lists
@@ -230,7 +231,7 @@ def begin_pairs(w):
     """
     for k in range(w.nears):  # in the order of `state.write`, which sums the same ledgers
         p = near_at(w.near, k)
-        p.along, p.vertices = 0.0, 0
+        forget_place(p)
         if body_at(w.bodies, p.body_a).done == 0 and body_at(w.bodies, p.body_b).done == 0:
             p.checked = -1.0
         if has_parted(p):

@@ -76,20 +76,23 @@ def meeting_with_and_without(world, i, j):
     return meet(sa, a, sb, b), meet(sa, a, sb, b, near_address(near_at(w.near, 0)))
 
 
-@pytest.mark.parametrize("cube", [False, True])
-def test_where_two_were_nearest_before_does_not_change_where_they_are(cube: bool) -> None:
+@pytest.mark.parametrize(("cube", "rims"), [(False, False), (True, False), (False, True)])
+def test_where_two_were_nearest_before_does_not_change_where_they_are(cube: bool, rims: bool) -> None:
     rng, world = np.random.default_rng(3), World()
     rest, above = (0.0, 0.0, 0.0), (0.0, 0.0, 0.11)
     upper, lower = (rock(world, rng, place, rest, 0.05, 0.0) for place in (above, rest))
+    if rims:
+        upper = world.add_cylinder(world.add_body(1.0, 1e-3), 0.04, 0.03, rounding=0.002)
     if cube:  # whose faces are of four corners
         lower = world.add_hull(world.add_body(1.0, 1e-3), 0.04 * CUBE)
     world.add_contact([upper], [lower], steel_pair())
     arrays = world.arrays.bound()
     body, near = arrays.bodies[arrays.shapes["body"][upper]], arrays.near[:1]
-    parts = [i for i in np.flatnonzero(np.isin(arrays.shapes["kind"], (CORNER, EDGE))) if world.owners[i] == upper]
+    of_kind = np.flatnonzero(np.isin(arrays.shapes["kind"], (CORNER, EDGE, DISC)))
+    parts = [i for i in of_kind if world.owners[i] == upper]
     known = 0
     for i in parts:
-        near["vertices"], near["along"] = 0, 0.0
+        near["vertices"], near["along"], near["across"] = 0, 0.0, 0.0
         turn, place = rng.normal(size=4), np.array([0.0, 0.0, 0.11])
         for step in range(60):
             if step % 20 == 0:  # far from where it was
@@ -100,8 +103,9 @@ def test_where_two_were_nearest_before_does_not_change_where_they_are(cube: bool
             known += int(near["vertices"][0] > 0)
             (overlap, n, arm, _), (same, m, other, _) = meeting_with_and_without(arrays.world, i, lower)
             assert same == pytest.approx(overlap, abs=1e-15)
-            assert np.allclose(n, m, rtol=0.0, atol=1e-9)
-            assert np.allclose(arm, other, rtol=0.0, atol=1e-10)
+            close = 1e-8 if rims else 1e-9  # round a rim the overlap is least only to its square
+            assert np.allclose(n, m, rtol=0.0, atol=close)
+            assert np.allclose(arm, other, rtol=0.0, atol=0.1 * close)
     assert known > 50 * len(parts)
 
 

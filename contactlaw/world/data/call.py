@@ -31,7 +31,7 @@ ask_beside: Any = caller(
         *TWO, types.int64, types.UniTuple(VECTOR, 3), types.UniTuple(VECTOR, 3)
     )
 )
-ask_deepest: Any = caller(types.Tuple((VECTOR, NUMBER))(*TWO, VECTOR))
+ask_deepest: Any = caller(types.Tuple((VECTOR, NUMBER))(*TWO, VECTOR, types.uint64))
 ask_meet: Any = caller(types.Tuple((NUMBER, VECTOR, VECTOR, VECTOR))(*TWO, types.uint64))
 ask_nearest: Any = caller(
     types.Tuple((VECTOR, VECTOR, types.int64, VECTOR, types.UniTuple(VECTOR, 3)))(

@@ -212,8 +212,8 @@ NEAR = record(
     a="i8", b="i8", pair="i8",
     first="i8", places="i8",  # of the pairs of A with fields of one surface: the first one's number, and how many
     # where both were nearest when last looked at in this step: place along a segment or edge A, -1 to 1 from end to
-    # end; how many vertices of a hull B, 0: not known; these along its body's axes
-    along="f8", vertices="i8", feature=MATRIX,
+    # end, or across a disc A [m]; how many vertices of a hull B, 0: not known; these along its body's axes
+    along="f8", across=("f8", (2,)), vertices="i8", feature=MATRIX,
 )  # fmt: skip
 """Two shapes near each other; A is round."""
 

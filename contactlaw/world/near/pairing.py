@@ -236,7 +236,7 @@ def complete_near(w, k):
     sb = shape_at(w.shapes, p.b)
     p.first, p.places = k - sb.place, geometry.places_of(shape_at(w.shapes, p.a), sb)
     p.slot, p.closed, p.active, p.initial_overlap, p.checked = -1, 0, 0, 0.0, -1.0
-    p.along, p.vertices = 0.0, 0
+    geometry.forget_place(p)
     p.toi, p.path_limit, p.gap, p.closing, p.acceleration, p.closing_bound = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     slot = slot_of(w, p.a, p.b)
     if slot >= 0:

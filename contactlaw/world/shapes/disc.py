@@ -17,8 +17,9 @@ from math import sqrt
 
 from contactlaw.jit import jit_module
 from contactlaw.world.data.kinds import HULL, PLANE, SIDE
-from contactlaw.world.data.vec import axpy, cross, dot, load, norm, scale, to_world
+from contactlaw.world.data.vec import ZERO, axpy, cross, dot, load, norm, scale, to_world
 from contactlaw.world.shapes.core import CROWN, LEAST, NOWHERE, change_of, excess_at, local, next_place
+from contactlaw.world.shapes.geometry import across_of, note, note_across, recall
 
 ITERATIONS = 60  # of Newton's method at most; it takes three to six
 CUTS = 40  # times that a step is shortened at most, which converges slowly across edges of a hull
@@ -61,23 +62,25 @@ def within_circle(h, b, radius):
     return share * x, share * y
 
 
-def slope_at(m, e1, e2, crown, y, shapes):
+def slope_at(m, e1, e2, crown, y, shapes, last):
     """Return `excess_at` at m + y, the slope there of distance^2/2 with the crown, and the crown's factor."""
-    found = excess_at(m, axpy(y[1], e2, scale(y[0], e1)), shapes[2].radius, shapes, NOWHERE)
+    found = excess_at(m, axpy(y[1], e2, scale(y[0], e1)), shapes[2].radius, shapes, last)
     e = found[0]
     k = crown * max(norm(e), LEAST)
     return found, (dot(e, e1) + k * y[0], dot(e, e2) + k * y[1]), k
 
 
-def nearest_in_disc(m, e1, e2, radius, crown, shapes):
+def nearest_in_disc(m, e1, e2, radius, crown, shapes, y, last):
     """Return the point y of a disc round m, along e1 and e2, with the least distance + crown y^2/2 from a core.
 
-    Newton's method within the circle. The function is convex and piecewise smooth, so a step that goes too far is
-    shortened to where the slope along it would vanish.
+    y, last: where to begin, and `excess_at` nearby; also returns that at the point. Newton's method within the circle.
+    The function is convex and piecewise smooth, so a step that goes too far is shortened to where the slope along it
+    would vanish.
     """
-    y, core = (0.0, 0.0), shapes[2]
-    (e, count, other, _), g, k = slope_at(m, e1, e2, crown, y, shapes)
+    core = shapes[2]
+    last, g, k = slope_at(m, e1, e2, crown, y, shapes, last)
     for _ in range(ITERATIONS):
+        e, count, other, _ = last
         by1 = change_of(e, count, other, e1, core.radius, core)
         by2 = change_of(e, count, other, e2, core.radius, core)
         h = dot(by1, e1) + k, dot(by1, e2), dot(by2, e2) + k
@@ -90,13 +93,13 @@ def nearest_in_disc(m, e1, e2, radius, crown, shapes):
         share = 1.0
         for _ in range(CUTS):
             new = y[0] + share * step[0], y[1] + share * step[1]
-            (e, count, other, _), g, k = slope_at(m, e1, e2, crown, new, shapes)
+            last, g, k = slope_at(m, e1, e2, crown, new, shapes, last)
             end = g[0] * step[0] + g[1] * step[1]
             if not end > -0.1 * start:
                 break
             share *= start / (start - end)
         y = new
-    return y
+    return y, last
 
 
 def lowest_over_plane(s, b, n):
@@ -112,10 +115,10 @@ def lowest_over_plane(s, b, n):
     return scale(-t * radius, across), r * (1.0 - CROWN * (1.0 + share * share))
 
 
-def deepest(sa, a, sb, b, d):
+def deepest(sa, a, sb, b, d, last):
     """Return the vector from a disc's middle to its deepest point in a plane or a core [m], and the radius there [m].
 
-    d: from B's centre, or a plane's point, to the middle of the disc, world frame.
+    d: from B's centre, or a plane's point, to the middle of the disc, world frame. last: as for `geometry.meet`.
     """
     if sb.kind == PLANE:
         return lowest_over_plane(sa, a, to_world(b.axes, load(sb.normal)))
@@ -128,7 +131,11 @@ def deepest(sa, a, sb, b, d):
     if length > 0.0:
         s, y = along_axis(m, e1, e2, (scale(length, u), crown, radius), shapes)
     else:
-        s, y = 0.0, nearest_in_disc(m, e1, e2, radius, crown / (radius * radius), shapes)
+        s, (count, on_b) = 0.0, recall(last)
+        y, near = across_of(last), (ZERO, count, ZERO, on_b)
+        y, near = nearest_in_disc(m, e1, e2, radius, crown / (radius * radius), shapes, y, near)
+        note(last, 0.0, near[1], near[3])
+        note_across(last, y)
     offset = axpy(s * length, axis, axpy(y[0], side, scale(y[1], cross(axis, side))))
     square = (y[0] * y[0] + y[1] * y[1]) / (radius * radius)
     return offset, sa.radius * (1.0 - CROWN * (1.0 + s * s + square))
@@ -141,22 +148,25 @@ def along_axis(m, e1, e2, made, shapes):
     of the distance at its nearest point, and grows: the secant method, guarded by bisection.
     """
     at, slope, ends = 0.0, 0.0, (-2.0, 2.0)
-    y, value = slope_along(m, e1, e2, made, at, shapes)
+    value, y, last = slope_along(m, e1, e2, made, at, shapes, (0.0, 0.0), NOWHERE)
     for _ in range(ROOT_ITERATIONS):
         new, ends = next_place(at, value, slope, ends)
         if value == 0.0 or abs(new - at) <= ROOT_CONVERGED:
             break
-        y, other = slope_along(m, e1, e2, made, new, shapes)
+        other, y, last = slope_along(m, e1, e2, made, new, shapes, y, last)
         at, value, slope = new, other, (other - value) / (new - at)
     return at, y
 
 
-def slope_along(m, e1, e2, made, at, shapes):
-    """Return the deepest point of the disc at a place of the axis, and the slope along the axis there."""
+def slope_along(m, e1, e2, made, at, shapes, y, last):
+    """Return the slope along the axis at a place of it, the deepest point of the disc there, and `excess_at` at that.
+
+    y, last: as for `nearest_in_disc`.
+    """
     along, crown, radius = made
-    y = nearest_in_disc(axpy(at, along, m), e1, e2, radius, crown / (radius * radius), shapes)
-    (e, _, _, _), _, _ = slope_at(axpy(at, along, m), e1, e2, 0.0, y, shapes)
-    return y, dot(e, along) + crown * norm(e) * at
+    m = axpy(at, along, m)
+    y, last = nearest_in_disc(m, e1, e2, radius, crown / (radius * radius), shapes, y, last)
+    return dot(last[0], along) + crown * norm(last[0]) * at, y, last
 
 
 jit_module(__name__)

@@ -47,9 +47,29 @@ def meet(sa, a, sb, b, last=0):
     return sa.radius - dot(d, n), n, arm, add(arm, sub(load(a.position), load(b.position)))
 
 
+def forget_place(p):
+    """Let a near pair not know where its shapes were nearest; see `meet`."""
+    p.along, p.across[0], p.across[1], p.vertices = 0.0, 0.0, 0.0, 0
+
+
 def place_of(last):
     """Return the place, -1 to 1 from end to end, where a segment or edge A of a near pair was nearest; see `meet`."""
     return near_at(last, 0).along if last != 0 else 0.0
+
+
+def across_of(last):
+    """Return the place along both axes of a disc A of a near pair where it was nearest [m]; see `meet`."""
+    if last == 0:
+        return 0.0, 0.0
+    p = near_at(last, 0)
+    return p.across[0], p.across[1]
+
+
+def note_across(last, y):
+    """Let a near pair know what `across_of` returns."""
+    if last != 0:
+        p = near_at(last, 0)
+        p.across[0], p.across[1] = y
 
 
 def recall(last):

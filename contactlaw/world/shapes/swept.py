@@ -55,7 +55,7 @@ def meet(sa, a, sb, b, last):
         note(last, s, 0, NO_PLACES)
         d, from_a = axpy(s, u, d), axpy(s, u, from_a)
     elif sa.kind == DISC or sa.kind == SIDE:
-        offset, radius = ask_deepest(sa.deepest, sa, a, sb, b, d)
+        offset, radius = ask_deepest(sa.deepest, sa, a, sb, b, d, last)
         d, from_a = add(d, offset), add(from_a, offset)
     if sb.kind == PLANE:
         n = to_world(b.axes, load(sb.normal))
