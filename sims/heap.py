@@ -63,7 +63,7 @@ def poured(
 
     rolling: coefficient of rolling resistance by the law. crowd: substeps of an impact.
     """
-    world: Any = new_world(settings, (0.0, 0.0, -GRAVITY), Tuning(groups=True, crowd_substeps=crowd))
+    world: Any = new_world(settings, (0.0, 0.0, -GRAVITY), Tuning(crowd_substeps=crowd))
     starts, half = places(count, pitch * o.radius / RADIUS, o.radius, seed)
     world.plane("floor")
     for name, normal in WALLS.items():

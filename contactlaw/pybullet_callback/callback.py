@@ -13,7 +13,7 @@ from contactlaw import checks
 from contactlaw.jit import INTERPRETED
 from contactlaw.pair import ContactPair, ContactWarning
 from contactlaw.pybullet_callback.constraints import numbers_of
-from contactlaw.pybullet_callback.contact import Contact, ContactState, Tags, set_groups, sets_of
+from contactlaw.pybullet_callback.contact import Contact, ContactState, Tags, sets_of
 from contactlaw.pybullet_callback.rows import LISTED, NOTED
 from contactlaw.pybullet_callback.scene import Saved, Scene
 from contactlaw.pybullet_callback.shapes import client_of, engine_parameters, identity, read_sides
@@ -70,7 +70,7 @@ class ContactCallback:
     def add_contact(
         self, body_a: int | Sequence[int] | Sequence[tuple[int, int]],
         body_b: int | Sequence[int] | Sequence[tuple[int, int]], pair: ContactPair, link_a: int = -1, link_b: int = -1,
-        *, substeps: int = SUBSTEPS, rounding: float | None = None, groups: bool = False,
+        *, substeps: int = SUBSTEPS, rounding: float | None = None, others: bool = True,
     ) -> int:  # fmt: skip
         """Let the law act between two bodies, or two sets of bodies, in place of the native response.
 
@@ -86,39 +86,34 @@ class ContactCallback:
                 that any contact asks for holds for all.
             rounding: Radius [m] of the edges of boxes and cylinders, and so of their contacts with flat shapes, see
                 docs/shapes.md; None: a tenth of the smallest half length of each.
-            groups: Whether to turn off Bullet's own response by collision groups, for sets of a hundred and more (see
-                docs/pybullet.md): one call a body in place of a rule for each pair. Groups and masks of these bodies
-                become Bullet's own when the contact is removed; a link and its parent in the sets do not touch. There
-                are 25 groups, and each combination of sets with common members needs one.
+            others: Whether these bodies may touch any other body by Bullet's own response. False removes them from its
+                collision detection, at one call a body in place of a rule for each pair, for sets of a hundred and more
+                (see docs/pybullet.md); they may still be added to further contacts of the law. When the contact is
+                removed they get Bullet's own collision groups and masks.
 
         Returns:
             A handle for the other methods.
 
         Raises:
             ValueError: Unknown ids, the same body twice, a pair that this or another callback has already, shapes that
-                touch in more than one point or that PyBullet does not tell, joints without mass, no radius, substeps,
-                more combinations of sets than groups.
+                touch in more than one point or that PyBullet does not tell, joints without mass, no radius, substeps.
         """
         checks.instance("pair", pair, ContactPair)
         a = read_sides(self._client, "a", body_a, link_a)
         b = read_sides(self._client, "b", body_b, link_b)
         radius = None if rounding is None else checks.positive("rounding", rounding)
         sides = {side.key: side for side in (*a, *b)}
-        known = [(f"contact {handle}", one) for handle, one in self._contacts.items()]
-        for other in _ALL - {self}:
-            there = other._client == self._client and all(map(other._tags.is_there, other._tags.bodies))
-            known += [("a contact of another ContactCallback", one) for one in other._contacts.values() if there]
-        sets, fixed = sets_of(self._client, a, b, pair, known)
-        least, by_groups = checks.count("substeps", substeps, LEAST_SUBSTEPS), checks.truth("groups", groups)
-        contact = Contact(pair, least, sides, sets, fixed, radius, by_groups)
-        contact.ruled = {body for body in contact.bodies if not by_groups or self._tags.has_rules(body)}
+        sets, fixed = sets_of(self._client, a, b, pair, self._all_contacts())
+        least, touch_others = checks.count("substeps", substeps, LEAST_SUBSTEPS), checks.truth("others", others)
+        contact = Contact(pair, least, sides, sets, fixed, radius, touch_others)
+        contact.ruled = {body for body in contact.bodies if touch_others or self._tags.has_rules(body)}
         engine_parameters(self._client)
-        if by_groups:
-            set_groups(self._client, [*self._with_groups(), contact])
         handle = next(self._handles)
         self._change(self._contacts | {handle: contact})
         self._tags.add(contact.bodies)
         contact.set_rules(self._client, False, contact.ruled)
+        if not touch_others:
+            contact.set_masks(self._client, False, sides)
         for body in contact.bodies:  # one that Bullet has put to sleep would stay where it is, whatever hits it
             awake = {"activationState": p.ACTIVATION_STATE_DISABLE_SLEEPING, "physicsClientId": self._client}
             p.changeDynamics(body, -1, **awake)
@@ -134,8 +129,10 @@ class ContactCallback:
         there = {body for body in contact.bodies if self._tags.is_there(body)}
         contact.set_rules(self._client, True, contact.ruled, there)
         self._tags.note_rules(contact.ruled & there)
-        if contact.groups:
-            set_groups(self._client, self._with_groups(), [key for key in contact.sides if key[0] in there])
+        if not contact.others:
+            alone = {key for _, one in self._all_contacts() if not one.others for key in one.sides}
+            own = contact.sides.keys() - alone
+            contact.set_masks(self._client, True, [key for key in own if key[0] in there])
         for body in contact.bodies.difference(*(other.bodies for other in self._contacts.values())):
             self._tags.remove(body)
 
@@ -187,7 +184,6 @@ class ContactCallback:
         self._tags.check()
         for contact in self._contacts.values():
             contact.find_fixed(self._client)
-        set_groups(self._client, self._with_groups())
         self._change(self._contacts)
 
     def __call__(self) -> None:
@@ -261,15 +257,12 @@ class ContactCallback:
         self._contacts, self._made, self._body_count = contacts, None, -1
         NEXT.pop(self._client, None)
 
-    def _with_groups(self) -> list[Contact]:
-        """Return the contacts with groups of all callbacks of this client, as far as their bodies are there."""
-        return [
-            one
-            for other in _ALL
-            if other._client == self._client
-            for one in other._contacts.values()
-            if one.groups and all(map(other._tags.is_there, one.bodies))
-        ]
+    def _all_contacts(self) -> Iterator[tuple[str, Contact]]:
+        """Yield the contacts of this client, with names for messages; those of other callbacks if bodies are there."""
+        yield from ((f"contact {handle}", one) for handle, one in self._contacts.items())
+        for other in _ALL - {self}:
+            if other._client == self._client and all(map(other._tags.is_there, other._tags.bodies)):
+                yield from (("a contact of another ContactCallback", one) for one in other._contacts.values())
 
     def _contact(self, handle: Any) -> Contact:
         return self._contacts[identity("handle", handle, self._contacts, "the handles")]

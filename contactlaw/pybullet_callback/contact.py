@@ -1,8 +1,7 @@
 """The contacts of a callback: one handle for a pair of bodies or two sets, and which pairs of them may touch.
 
-Bullet's own response is off for just these pairs, by a rule for each, or, for sets of thousands, by collision groups,
-which cost one call a body: bodies that are members of the same sets form a class, each class has a group, and its mask
-leaves out the classes that its contacts hold. Bodies have tags, as PyBullet gives the id of a removed body to the next.
+Bullet's own response is off for just these pairs, by a rule for each, or, for sets of thousands, by collision groups
+and masks of zero, which cost one call a body. Bodies have tags, as PyBullet gives the id of a removed body to the next.
 """
 
 from collections.abc import Iterable
@@ -23,9 +22,7 @@ from contactlaw.world.near.sets import Sets
 Array = NDArray[np.float64]
 _NAMES = count()
 RULES = "contactlaw rules"  # entry of a body with pairs that have kept a rule from a contact that was removed
-HIGHEST, MOST = 30, 25  # bit of the first group, and number of groups above the six lowest bits, which Bullet names
-DEFAULT, STATIC, ALL = 1, 2, -1  # Bullet's groups of bodies that move and of others; all groups
-Class = tuple[bool, frozenset[tuple[int, int]]]  # whether it cannot move; numbers of contacts and of their sets
+NOTHING, MOVING, FIXED = (0, 0), (1, -1), (2, ~2)  # group and mask of no body; Bullet's own, of what moves or does not
 
 
 @dataclass
@@ -73,8 +70,8 @@ class Contact:
     sets: Sets  # which of them may touch, by body and link
     fixed: set[int]  # bodies that cannot move
     rounding: float | None = None  # radius of edges [m]; None: see `world.shapes.description.ROUNDING`
-    groups: bool = False  # collision groups turn off Bullet's response, rather than a rule for each pair
-    # bodies whose pairs have a rule; rules go before groups, and can be changed but not removed
+    others: bool = True  # its bodies touch all others by Bullet's own response
+    # bodies whose pairs have a rule; rules go before masks, and can be changed but not removed
     ruled: set[int] = field(default_factory=set)
     told: set[tuple[Key, Key, str]] = field(default_factory=set)  # pairs that have been warned of, and the text
 
@@ -84,12 +81,20 @@ class Contact:
         self.fixed ^= changed
         self.ruled |= changed  # Bullet gives a body its own group when it gets a mass
         self.set_rules(client, False, changed)
+        if not self.others:
+            self.set_masks(client, False, self.sides)
 
     def set_rules(self, client: int, enabled: bool, among: set[int], there: set[int] | None = None) -> None:
         """Enable or disable Bullet's own response of pairs with a body of `among`, as far as both bodies are there."""
         for one, two in self.sets.every(lambda key: key[0] in among):
             if there is None or (one[0] in there and two[0] in there):
                 p.setCollisionFilterPair(one[0], two[0], one[1], two[1], int(enabled), client)
+
+    def set_masks(self, client: int, enabled: bool, keys: Iterable[Key]) -> None:
+        """Let some of its bodies and links touch nothing by Bullet, or all that Bullet lets them touch by default."""
+        for key in keys:
+            own = FIXED if p.getDynamicsInfo(*key, client)[0] == 0.0 else MOVING
+            p.setCollisionFilterGroupMask(*key, *(own if enabled else NOTHING), client)
 
     @property
     def bodies(self) -> set[int]:
@@ -139,43 +144,6 @@ def sets_of(
 
 def _fixed(client: int, bodies: set[int]) -> set[int]:
     return {body for body in bodies if not can_move(client, body)}
-
-
-def classes_of(contacts: list[Contact]) -> dict[Key, Class]:
-    """Return the class of each member of contacts, by body and link."""
-    fixed = set[int]().union(*(one.fixed for one in contacts))
-    member: dict[Key, set[tuple[int, int]]] = {}
-    for number, contact in enumerate(contacts):
-        for side, keys in enumerate((contact.sets.ones, contact.sets.twos)):
-            for key in keys:
-                member.setdefault(key, set()).add((number, side))
-    return {key: (key[0] in fixed, frozenset(where)) for key, where in member.items()}
-
-
-def set_groups(client: int, contacts: list[Contact], left: Iterable[Key] = ()) -> None:
-    """Set groups and masks of all members of contacts, and Bullet's own ones of those that have `left`.
-
-    Raises:
-        ValueError: There are more classes than groups; nothing has been changed.
-    """
-    classes = classes_of(contacts)
-    if len(set(classes.values())) > MOST:
-        raise ValueError(
-            f"groups: bodies of the contacts with groups are members of {len(set(classes.values()))} different "
-            f"combinations of sets, and PyBullet has {MOST} groups to spare; pass groups=False for small sets"
-        )
-    bits = {one: 1 << (HIGHEST - i) for i, one in enumerate(dict.fromkeys(classes.values()))}
-    masks = {one: ~sum(bit for two, bit in bits.items() if _apart(one, two)) for one in bits}
-    for key in left:
-        fixed = p.getDynamicsInfo(*key, client)[0] == 0.0
-        p.setCollisionFilterGroupMask(*key, *((STATIC, ~STATIC) if fixed else (DEFAULT, ALL)), client)
-    for key, one in classes.items():
-        p.setCollisionFilterGroupMask(*key, bits[one], masks[one] & (~STATIC if one[0] else ALL), client)
-
-
-def _apart(one: Class, two: Class) -> bool:
-    """Return whether Bullet's own response is off between two classes: a contact holds them, or neither can move."""
-    return (one[0] and two[0]) or any((number, 1 - side) in two[1] for number, side in one[1])
 
 
 class Tags:

@@ -52,7 +52,6 @@ class Tuning:
         collide: Whether bodies without the law touch by the engine's own contact.
         fixed_bodies_move: PyBullet: as `ContactCallback` has it; None: where a body is driven.
         crowd_substeps: Least number of substeps of a damped impact where many touch.
-        groups: PyBullet: as `ContactCallback.add_contact` has it.
     """
 
     integrator: str = "Euler"
@@ -60,7 +59,6 @@ class Tuning:
     collide: bool = False
     fixed_bodies_move: bool | None = None
     crowd_substeps: int = CROWD_SUBSTEPS
-    groups: bool = False
 
 
 def matrix_to_quaternion(matrix: Array) -> Array:

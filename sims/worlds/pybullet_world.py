@@ -75,8 +75,7 @@ class EngineWorld(World):
         )
         first, second = ([self.ids[name] for name in names] for names in (ones, twos))
         self._pairs.append((ones, twos))
-        how = {"substeps": self.tuning.substeps, "groups": self.tuning.groups}
-        self.callback.add_contact(first, second, pair, **how)
+        self.callback.add_contact(first, second, pair, substeps=self.tuning.substeps, others=self.tuning.collide)
 
     def _touch_natively(self, ones: list[str], twos: list[str], pair: ContactPair, speed: float) -> None:
         """Bullet's own contact, set to bounce; it multiplies the friction and restitution of two bodies."""

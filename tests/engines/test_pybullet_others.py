@@ -1,4 +1,4 @@
-"""Bullet's own response turned off by collision groups: for the pairs of the contacts, and for no others."""
+"""Bullet's own response, turned off for the pairs of contacts by rules, and for whole bodies by masks."""
 
 from __future__ import annotations
 
@@ -18,29 +18,35 @@ def native_pairs(client: int, bodies: list[int]) -> set[tuple[int, int]]:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_just_the_pairs_of_the_contacts_are_turned_off(client: int, seed: int) -> None:
-    """Random sets with common members, in two callbacks, and one contact with rules; each removal gives pairs back."""
+def test_just_what_contacts_say_is_turned_off(client: int, seed: int) -> None:
+    """Random sets with common members, in two callbacks: their pairs, or all pairs of their bodies; and given back."""
     rng = np.random.default_rng(seed)
     free = [ball(client, [1e-3 * i, 0, RADIUS - 1e-3]) for i in range(9)]
     bodies = [*free, plane(client), plane(client)]
     before = native_pairs(client, bodies)
     assert len(before) == 9 * 8 / 2 + 9 * 2
-    callbacks, added, held = (ContactCallback(client), ContactCallback(client)), {}, {}
+    callbacks, added, ruled = (ContactCallback(client), ContactCallback(client)), {}, []
+
+    def held() -> set[tuple[int, int]]:
+        return set[tuple[int, int]]().union(*added.values())
+
     for number in range(12):
-        ones, twos = (rng.choice(bodies, int(rng.integers(1, 5)), replace=False).tolist() for _ in range(2))
-        callback = callbacks[int(rng.integers(2))]
+        ones, twos = (rng.choice(bodies, int(rng.integers(1, 4)), replace=False).tolist() for _ in range(2))
+        callback, others = callbacks[int(rng.integers(2))], number % 4 == 3
         try:
-            handle = callback.add_contact(ones, twos, pair_of(radius=0.01), groups=number % 4 < 3)
+            handle = callback.add_contact(ones, twos, pair_of(radius=0.01), others=others)
         except ValueError:  # the two sets hold a pair of another contact, or no pair that may touch
             continue
-        added[callback, handle] = {(a, b) for a, b in before if (a in ones and b in twos) or (b in ones and a in twos)}
-        held = set[tuple[int, int]]().union(*added.values())
-        assert native_pairs(client, bodies) == before - held
+        pairs = {(a, b) for a, b in before if (a in ones and b in twos) or (b in ones and a in twos)}
+        own = {*ones, *twos}
+        ruled += [(callback, handle)] if others else []
+        added[callback, handle] = pairs if others else {(a, b) for a, b in before if a in own or b in own}
+        assert native_pairs(client, bodies) == before - held()
     assert len(added) > 2
-    for callback, handle in list(added):
+    for callback, handle in sorted(added, key=ruled.__contains__):  # a rule that is given back goes before masks
         callback.remove_contact(handle)
         del added[callback, handle]
-        assert native_pairs(client, bodies) == before - set[tuple[int, int]]().union(*added.values())
+        assert native_pairs(client, bodies) == before - held()
 
 
 def test_it_takes_no_rule_a_pair(client: int, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -48,7 +54,7 @@ def test_it_takes_no_rule_a_pair(client: int, monkeypatch: pytest.MonkeyPatch) -
     calls, own = [], p.setCollisionFilterGroupMask
     monkeypatch.setattr(p, "setCollisionFilterPair", lambda *a: pytest.fail("a rule"))
     monkeypatch.setattr(p, "setCollisionFilterGroupMask", lambda *a: calls.append(own(*a)))
-    ContactCallback(client).add_contact(balls, [*balls, floor], pair_of(), groups=True)
+    ContactCallback(client).add_contact(balls, [*balls, floor], pair_of(), others=False)
     assert len(calls) == 61
 
 
@@ -58,7 +64,7 @@ def test_a_body_held_by_zero_mass_has_the_law_alone_when_it_is_let_go(client: in
     floor, held = plane(client), ball(client, [0, 0, 0.1])
     others = [ball(client, [0.2 + 0.1 * i, 0, RADIUS]) for i in range(2)]
     callback = ContactCallback(client)
-    callback.add_contact([held, *others], [held, *others, floor], pair_of(restitution=1.0), groups=True)
+    callback.add_contact([held, *others], [held, *others, floor], pair_of(restitution=1.0), others=False)
     p.setGravity(0, 0, -9.81, client)
     step(callback, before)
     p.resetBaseVelocity(held, [0, 0, 0], physicsClientId=client)
@@ -76,19 +82,9 @@ def test_a_body_held_by_zero_mass_has_the_law_alone_when_it_is_let_go(client: in
     assert max(speeds) == pytest.approx(-min(speeds), rel=0.06) and max(speeds) > 1.1
 
 
-def test_groups_that_run_out_are_an_error_and_change_nothing(client: int) -> None:
-    balls = [ball(client, [0, 0, 0.06 * i]) for i in range(60)]
-    callback = ContactCallback(client)
-    for i in range(0, 24, 2):
-        callback.add_contact(balls[i], balls[i + 1], pair_of(), groups=True)
-    with pytest.raises(ValueError, match=r"groups: .* 26 different combinations of sets, and PyBullet has 25"):
-        callback.add_contact(balls[40], balls[41], pair_of(), groups=True)
-    handle = callback.add_contact(balls[40], balls[41], pair_of())
-    callback.remove_contact(0)
-    callback.remove_contact(handle)
-    callback.add_contact(balls[40], balls[41], pair_of(), groups=True)
-    with pytest.raises(ValueError, match="groups = 1"):
-        callback.add_contact(balls[50], balls[51], pair_of(), groups=1)  # type: ignore[arg-type]
+def test_it_is_true_or_false(client: int) -> None:
+    with pytest.raises(ValueError, match="others = 1"):
+        ContactCallback(client).add_contact(ball(client, [0, 0, 1]), plane(client), pair_of(), others=1)  # type: ignore
 
 
 def test_after_reset_simulation_the_sets_may_be_added_again(client: int) -> None:
@@ -96,9 +92,9 @@ def test_after_reset_simulation_the_sets_may_be_added_again(client: int) -> None
     for _ in range(2):
         floor, body, beside = plane(client), ball(client, [0, 0, RADIUS + 1e-3]), ball(client, [0.2, 0, RADIUS - 1e-3])
         p.setGravity(0, 0, -9.81, client)
-        callback.add_contact([body], [floor], pair_of(restitution=0.5), groups=True)
+        callback.add_contact([body], [floor], pair_of(restitution=0.5), others=False)
         step(callback, 60)
         assert velocities(client, body)[0][2] == 0.0
-        assert native_pairs(client, [floor, body, beside]) == {(floor, beside)}
+        assert native_pairs(client, [floor, body, beside]) == set()
         p.resetSimulation(client)
         callback.remove_all()
