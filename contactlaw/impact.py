@@ -13,14 +13,12 @@ from contactlaw.laws import Law, law_of, oscillator
 from contactlaw.laws.base import Array, Impacts
 from contactlaw.laws.hertz import LINEAR_STIFFNESS
 from contactlaw.laws.normal_motion import normal_motion
-from contactlaw.laws.record import PAIR
 from contactlaw.pair import ContactPair, warn_of_depth
 
 # (nodes, steps) of the intervals between these values of chi. The tangential oscillation has sqrt(2 chi) times the
 # normal frequency; the faster it is, the finer are the tractions that it leaves across the contact.
 CHI_BOUNDS = [1.3, 2.2, 5.0, 10.0, 20.0, 40.0]
 RESOLUTION = [(16, 128), (16, 160), (32, 256), (64, 360), (64, 512), (128, 720), (128, 1024)]
-RADIUS_AT = (PAIR.names or ()).index("radius")
 MOST_STEPS = 1_000_000  # an impact; the error, 1/steps^2, is rounding by then
 STABLE_STEPS = 4.5  # steps an impact over sqrt(chi): twice those at which the leapfrog of a stuck contact is unstable
 ROUNDING = 1e-15  # rounding error of coordinates, relative to the largest
@@ -146,7 +144,7 @@ def force_along_path(pair: ContactPair, approach: ArrayLike, displacement: Array
         )
     line, law = motion.ndim == 1, pair.law
     p = pair.parameters()
-    warn_of_depth(float(overlap.max()), float(p[RADIUS_AT]))
+    warn_of_depth(float(overlap.max()), pair.radius or inf)
     normal = np.empty(overlap.size)
     x, y = (1.0, 0.0) if line else _direction(motion)
     if law.on_line is not None and pair.friction > 0.0 and (x != 0.0 or y != 0.0):
