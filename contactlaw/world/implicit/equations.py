@@ -22,7 +22,7 @@ class Equations(NamedTuple):
     velocity: Array  # V at the end of a stage
     begun: Array  # v at the start of the step
     moved: Array  # displacement of the bodies before a stage
-    free: Array  # velocity at the end of a stage without contacts
+    free: Array  # velocity at the end of a stage without contacts; angular momentum of anisotropic free bodies
     acceleration: Array  # of the bodies without contacts
     along_n: Array  # rows of Jacobians of one contact: along its normal,
     along_u: Array  # along both tangents,

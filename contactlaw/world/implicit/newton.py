@@ -49,7 +49,11 @@ def begin_residual(w, bodies, stage):
             continue
         if b.tree == 0:
             store(right[o:], scale(1.0 / b.inverse_mass, sub(load(free[o:]), load(velocity[o:]))))
-            store(right[o + 3 :], angular_momentum(b, sub(load(free[o + 3 :]), load(velocity[o + 3 :]))))
+            own, spin = load(free[o + 3 :]), load(velocity[o + 3 :])
+            if b.isotropic != 0:
+                store(right[o + 3 :], angular_momentum(b, sub(own, spin)))
+            else:
+                store(right[o + 3 :], sub(own, angular_momentum(b, spin)))
             continue
         t = tree_at(b.tree, 0)
         t.weights, t.stride, t.stage = mass_address(w, o), w.unknown_room, stage

@@ -19,7 +19,7 @@ from math import isfinite, sqrt
 from contactlaw.jit import jit_module
 from contactlaw.memory import copy_wholes, whole_at
 from contactlaw.world import window
-from contactlaw.world.bodies.motion import settle, spin_change, spin_rate, update_momentum
+from contactlaw.world.bodies.motion import angular_momentum, settle, spin_change, spin_rate, update_momentum
 from contactlaw.world.contacts.force import moment_of
 from contactlaw.world.contacts.pace import closing_speed
 from contactlaw.world.contacts.springs import UNKNOWN
@@ -105,7 +105,7 @@ def solve_stages(w, bodies, pairs, stage, steady, slides):
 
     steady, slides: as `acceptance.motion_of` returns them.
     """
-    begin_stage(w, stage, 0.0)
+    begin_stage(w, bodies, stage, 0.0)
     guessed = steady and guess_velocities(w, bodies, pairs, stage)
     before = w.solved
     if not solve(w, bodies, pairs, (stage, stage), 0.0, slides):
@@ -113,7 +113,7 @@ def solve_stages(w, bodies, pairs, stage, steady, slides):
     if stage == w.step:
         return True
     add_impulses(w, pairs, w.step - stage)
-    begin_stage(w, stage, w.step - stage)
+    begin_stage(w, bodies, stage, w.step - stage)
     if guessed:
         eq = equations_of(w)
         for i in range(w.unknowns):
@@ -177,15 +177,25 @@ def begin_step(w, bodies, pairs):
             save_contact(w, r.slot)
 
 
-def begin_stage(w, stage, before):
+def begin_stage(w, bodies, stage, before):
     """Set `free` and `moved` of a stage [s].
 
-    before: time [s] for which bodies have moved with the velocities of the previous stage, under its forces.
+    before: time [s] for which bodies have moved with the velocities of the previous stage, under its forces. Bodies
+    whose moment of inertia depends on the axis turn as their angular momentum has it: a gyroscopic moment that is held
+    from the start of the step would give a top energy.
     """
     eq = equations_of(w)
     for i in range(w.unknowns):
         eq.moved[i] = before * eq.velocity[i]
         eq.free[i] = eq.begun[i] + before / stage * (eq.velocity[i] - eq.begun[i]) + stage * eq.acceleration[i]
+    for i in range(bodies):
+        k = whole_at(w.island_bodies, i)
+        b = body_at(w.bodies, k)
+        if b.tree == 0 and b.unknown >= 0 and b.isotropic == 0:
+            start = load(saved_body(w, k).momentum)
+            gained = sub(angular_momentum(b, load(eq.velocity[b.unknown + 3 :])), start)
+            own = axpy(stage, load(b.torque), axpy(before / stage, gained, start))
+            store(eq.free[b.unknown + 3 :], own)
 
 
 def guess_velocities(w, bodies, pairs, stage):
