@@ -209,9 +209,9 @@ def accelerations(head, j, t, velocities, lag):
     clear(v)
     spread_velocity(t)
     gather(head, velocities, j.v, v)
-    t.lag = lag
+    t.lag, t.unmoved = lag, 1
     call_on_tree(t.accelerate, t)
-    t.lag = 0.0
+    t.lag, t.unmoved = 0.0, 0
     leave_placed(t)
     return vector(t.a, t.v_size)
 

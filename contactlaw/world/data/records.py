@@ -111,6 +111,7 @@ TREE = record(
     decay="f8", swing="f8",  # [1/s] at which damping may slow a velocity, at most; over the lag that groups may have
     lag="f8", span="f8",  # [s] s of M + s D, by which damping is implicit, see `trees.motion`; length of the step
     midway="i8",  # 1: damping acts on the velocities at the start of a group of substeps, which are in `room`
+    unmoved="i8",  # 1: velocities of its bodies are set to zero, so that accelerations are without centripetal terms
     passes="i8",  # whether it may stay where the engine's step has put it, see `near.passing`: DENIED, ASKED, PASSES
     disturbed="i8",  # 1: it sleeps, but its coordinates, velocities or forces are not those that it fell asleep with
 )  # fmt: skip

@@ -130,7 +130,8 @@ def start_link(t, i):
             w, u = spin, velocity
         e, s = scale(v[k], load(axis.spin)), scale(v[k], load(axis.velocity))
         turning = add(turning, cross(w, e))
-        gain = add(gain, add(cross(u, e), cross(w, s)))
+        if t.unmoved == 0:  # else the velocity of the body, which would cancel the first of these, is zero
+            gain = add(gain, add(cross(u, e), cross(w, s)))
         spin = add(spin, e)
         velocity = add(velocity, s)
     store(link.bias_turning, turning)
