@@ -187,7 +187,7 @@ WEIGHT = '<body><joint axis="0 0 1"/><geom size=".001" mass="1e-4" contype="0" c
 
 
 @pytest.mark.parametrize("timestep", [1e-3, 5e-3])
-@pytest.mark.parametrize("joints, carried", [(SLIDES + '<joint type="ball"/>', ""), ("<freejoint/>", WEIGHT)])
+@pytest.mark.parametrize(("joints", "carried"), [(SLIDES + '<joint type="ball"/>', ""), ("<freejoint/>", WEIGHT)])
 def test_a_tree_that_spins_and_flies_rebounds_straight(joints: str, carried: str, timestep: float) -> None:
     """Without friction; half a step's turn of all velocity that an impact gave went to the side, 0.045 m/s at 5 ms."""
     scene = f"""<mujoco><option timestep="{timestep}" gravity="0 0 0"/><worldbody>
