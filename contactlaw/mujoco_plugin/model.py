@@ -79,9 +79,8 @@ class Model:
         made, geoms = with_room(self._world.arrays, self._world.owners), self._geom_of_shape
         kind, table = contact_of_kinds(self._m, self._contacts)
         made.shapes["group"] = [kind[geom] for geom in geoms]
-        friction = self._m.geom_friction[geoms, 0]
-        made.shapes["friction"] = np.where(self._m.geom_condim[geoms] == 1, -1.0 - friction, friction)
-        made.shapes["priority"] = self._m.geom_priority[geoms]
+        made.shapes["friction"], made.shapes["priority"] = self._m.geom_friction[geoms, 0], self._m.geom_priority[geoms]
+        made.shapes["frictionless"] = self._m.geom_condim[geoms] == 1
         made.pairs["relaxed"] = [instance.contact.overlaps == "relax" for instance in self._contacts]
         made.pairs["friction"][[instance.contact.geom_friction for instance in self._contacts]] = np.nan
         return made._replace(groups=table)

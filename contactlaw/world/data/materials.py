@@ -22,16 +22,15 @@ def law_of(w, pair):
 def friction_of(pair, a, b):
     """Return the friction coefficient of a pair of materials for shapes a and b.
 
-    If the pair has none: that of the shape with the higher priority, the greater one if both have the same. A shape
-    without friction, -1 - mu, has its mu on a shape of the same priority that has friction.
+    If the pair has none: that of the shape with the higher priority, the greater one if both have the same. Of these
+    even a frictionless one counts beside one that is not.
     """
     if not isnan(pair.friction):
         return pair.friction
-    if a.priority != b.priority:
-        return max(a.friction if a.priority > b.priority else b.friction, 0.0)
-    if max(a.friction, b.friction) < 0.0:
-        return 0.0
-    return max(max(a.friction, -1.0 - a.friction), max(b.friction, -1.0 - b.friction))
+    if a.priority == b.priority:
+        return 0.0 if a.frictionless + b.frictionless == 2 else max(a.friction, b.friction)
+    first = a if a.priority > b.priority else b
+    return 0.0 if first.frictionless != 0 else first.friction
 
 
 def law_numbers(w, pair):

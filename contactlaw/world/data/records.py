@@ -171,7 +171,8 @@ SHAPE = record(
     points="u8",  # address of that table
     # addresses of functions, see `shapes.functions`
     meet="u8", curve="u8", separation="u8", nearest="u8", deepest="u8", beside="u8", predict="u8",
-    friction="f8", priority="i8",  # for pairs that have none, see `materials.friction_of`; which of two shapes gives it
+    # coefficient for pairs that have none; 1: none, unless the other shape has; which of two shapes gives it
+    friction="f8", frictionless="i8", priority="i8",
 )  # fmt: skip
 """A shape fixed to a body, of one of the `kinds`."""
 
