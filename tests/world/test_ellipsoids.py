@@ -10,6 +10,7 @@ from scipy.special import ellipe, ellipk
 from contactlaw.world import World
 from contactlaw.world.data.frames import matrix_of
 from contactlaw.world.shapes.curvature import equivalent_radius
+from contactlaw.world.shapes.hulls import core_of
 from tests.world.long_shapes import HALF, RADIUS, capsule, sphere
 from tests.world.test_hulls import CUBE, DENSITY, cube, keep_their_energy, meeting, rock
 from tests.world.world_scenes import FLOOR, steel_pair
@@ -124,7 +125,7 @@ def test_an_ellipsoid_by_the_border_of_a_side_meets_its_own_rim() -> None:
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("kind", ["box", "cylinder"])
+@pytest.mark.parametrize("kind", ["box", "cylinder", "hull"])
 def test_a_long_or_flat_ellipsoid_finds_the_feature_that_it_faces(kind: str) -> None:
     """Sizes of 1 to 10: for some, Newton's method on one feature leads to another, and on that back to the first."""
     gap, found = 1e-4, []
@@ -138,14 +139,21 @@ def test_a_long_or_flat_ellipsoid_finds_the_feature_that_it_faces(kind: str) -> 
         place = np.copysign(core, n)
         if kind == "cylinder":
             place[:2] = core[0] * n[:2] / np.hypot(n[0], n[1])
+        points = size * rng.normal(size=(8, 3))
+        if kind == "hull":
+            core, _, rounding = core_of(points)
+            place = core[np.argmax(core @ n)]
         turned = rng.normal(size=4)
         turn = matrix_of(turned / np.linalg.norm(turned))
         out = -turn @ (half**2 * (turn.T @ n)) / np.linalg.norm(half * (turn.T @ n))
         world = World(gravity=0.0)
         body = world.add_body(1.0, 1e-4, place + (rounding + gap) * n - out, quaternion=turned)
         held = world.add_body(1.0, 1e-4)
-        still = (world.add_cylinder(held, size[0], size[2], rounding=rounding) if kind == "cylinder"
-                 else world.add_box(held, size, rounding=rounding))  # fmt: skip
+        if kind == "hull":
+            still = world.add_hull(held, points)
+        else:
+            still = (world.add_cylinder(held, size[0], size[2], rounding=rounding) if kind == "cylinder"
+                     else world.add_box(held, size, rounding=rounding))  # fmt: skip
         shape = world.add_ellipsoid(body, half)
         (overlap, normal, _, _), _ = meeting(world.arrays.bound().world, shape, still)
         found.append((-overlap, np.linalg.norm(normal - n)))

@@ -24,7 +24,7 @@ from contactlaw.world.shapes.geometry import SUNK, centre
 from contactlaw.world.shapes.gjk import nearest, support
 
 ITERATIONS = 30  # of Newton's method at most; it needs a few
-FEATURES = 40  # features that are tried at most, mostly one or two
+FEATURES = 400  # features that are tried at most, mostly one or two; beside an ellipsoid seven times as long as wide 57
 WIDEST = 0.5  # [rad] longest step of Newton's method
 NARROW = 1e-6  # [rad] step below which rounding hides whether the gap grows
 CONVERGED = 1e-9  # [rad] difference of normals that count as equal
