@@ -63,7 +63,10 @@ def within_circle(h, b, radius):
 
 
 def slope_at(m, e1, e2, crown, y, shapes, last):
-    """Return `excess_at` at m + y, the slope there of distance^2/2 with the crown, and the crown's factor."""
+    """Return `excess_at` at m + y, the slope there of distance^2/2 with the crown, and the crown's factor.
+
+    last: as for `excess_at`.
+    """
     found = excess_at(m, axpy(y[1], e2, scale(y[0], e1)), shapes[2].radius, shapes, last)
     e = found[0]
     k = crown * max(norm(e), LEAST)
