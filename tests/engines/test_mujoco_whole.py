@@ -117,19 +117,16 @@ def test_others_false_leaves_nothing_to_the_engine():
 
 def test_geoms_of_condim_1_have_no_friction_where_natively_they_have_none():
     """By the condim of the greater priority, or the greater condim; the coefficient is then the greater one of both."""
-    floor = '<geom type="plane" size="1 1 1" friction="0.2" condim="{}" priority="{}"/>'
-    ball = '<body pos="0 0 .1"><freejoint/><geom size=".1" friction="0.1" condim="{}"/></body>'
-    found = {}
-    for floors, balls, priority in ((1, 1, 0), (1, 3, 0), (3, 1, 0), (1, 3, 1), (3, 1, 1)):
-        scene = f"<mujoco><worldbody>{floor.format(floors, priority)}{ball.format(balls)}</worldbody></mujoco>"
-        model = load_model(scene, {"*": RUBBER}, restitution=0.5)
-        data = mujoco.MjData(model)
+    for floor, ball, priority, due in ((1, 1, 0, 0.0), (1, 3, 0, 0.2), (3, 1, 0, 0.2), (1, 3, 1, 0.0), (3, 1, 1, 0.2)):
+        scene = f"""<mujoco><worldbody>
+          <geom type="plane" size="1 1 1" friction=".2" condim="{floor}" priority="{priority}"/>
+          <body pos="0 0 .1"><freejoint/><geom size=".1" friction=".1" condim="{ball}"/></body></worldbody></mujoco>"""
+        model, data = with_data(load_model(scene, {"*": RUBBER}, restitution=0.5))
         data.qvel[0] = 6.0
         mujoco.mj_step(model, data, 100)
         before = data.qvel[0]
         mujoco.mj_step(model, data, 50)
-        found[floors, balls, priority] = round((before - data.qvel[0]) / (0.1 * 9.81), 3)
-    assert found == {(1, 1, 0): 0.0, (1, 3, 0): 0.2, (3, 1, 0): 0.2, (1, 3, 1): 0.0, (3, 1, 1): 0.2}
+        assert round((before - data.qvel[0]) / (0.1 * 9.81), 3) == due
 
 
 def test_a_table_of_materials_and_frictions():

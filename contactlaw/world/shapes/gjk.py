@@ -194,11 +194,11 @@ def nearest(sa, a, sb, b, shift, count=0, on_b=NO_PLACES):
 def meet(sa, a, sb, b, last):
     """`geometry.meet` with a hull."""
     radius_a, radius_b, from_a, u = sa.radius, sb.radius, centre(sa, a), ZERO
+    count, on_b = recall(last)
     if sa.kind == DISC:
         offset, radius_a = ask_deepest(sa.deepest, sa, a, sb, b, ZERO, last)
         from_a = add(from_a, offset)
-    count, on_b = recall(last)
-    if sa.kind == DISC:
+        count, on_b = recall(last)  # what that has noted
         v, y, _, _, _ = nearest(sa, a, sb, b, offset, count, on_b)
     elif sa.kind == SEGMENT or sa.kind == EDGE:
         u = to_world(a.axes, load(sa.half))
