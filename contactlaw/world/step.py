@@ -190,7 +190,7 @@ def begin(w, dt):
         if p.slot >= 0:
             c = contact_at(w.contacts, p.slot)
             store(c.earlier, load(c.impulse))
-            p.along = place_along(c, shape_at(w.shapes, p.a), body_at(w.bodies, p.body_a))
+            p.place[2] = place_along(c, shape_at(w.shapes, p.a), body_at(w.bodies, p.body_a))
             if p.closed != 0 and shape_at(w.shapes, p.b).kind == TANGENT:  # the engine has placed this plane anew
                 update_geometry(w, c)
             if p.closed != 0 and w.edited != 0:

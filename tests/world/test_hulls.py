@@ -92,7 +92,7 @@ def test_where_two_were_nearest_before_does_not_change_where_they_are(cube: bool
     parts = [i for i in of_kind if world.owners[i] == upper]
     known = 0
     for i in parts:
-        near["vertices"], near["along"], near["across"] = 0, 0.0, 0.0
+        near["vertices"], near["place"] = 0, 0.0
         turn, place = rng.normal(size=4), np.array([0.0, 0.0, 0.11])
         for step in range(60):
             if step % 20 == 0:  # far from where it was

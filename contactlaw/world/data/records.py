@@ -213,9 +213,7 @@ NEAR = record(
     initial_overlap="f8",  # [m] overlap that counts as none, that of its contact
     a="i8", b="i8", pair="i8",
     first="i8", places="i8",  # of the pairs of A with fields of one surface: the first one's number, and how many
-    # where both were nearest when last looked at in this step: place along a segment or edge A, -1 to 1 from end to
-    # end, or across a disc A [m]; how many vertices of a hull B, 0: not known; these along its body's axes
-    along="f8", across=("f8", (2,)), vertices="i8", feature=MATRIX,
+    place=VECTOR, vertices="i8", feature=MATRIX,  # where both were nearest when last looked at, see `geometry.note`
 )  # fmt: skip
 """Two shapes near each other; A is round."""
 

@@ -18,8 +18,8 @@ from math import sqrt
 from contactlaw.jit import jit_module
 from contactlaw.world.data.kinds import HULL, PLANE, SIDE
 from contactlaw.world.data.vec import ZERO, axpy, cross, dot, load, norm, scale, to_world
-from contactlaw.world.shapes.core import CROWN, LEAST, NOWHERE, change_of, excess_at, local, next_place
-from contactlaw.world.shapes.geometry import across_of, note, note_across, recall
+from contactlaw.world.shapes.core import CROWN, LEAST, change_of, excess_at, local, next_place
+from contactlaw.world.shapes.geometry import note, recall
 
 ITERATIONS = 60  # of Newton's method at most; it takes three to six
 CUTS = 40  # times that a step is shortened at most, which converges slowly across edges of a hull
@@ -131,34 +131,34 @@ def deepest(sa, a, sb, b, d, last):
     if sb.kind != HULL:
         m, e1, u = local(d, sb, b), local(side, sb, b), local(axis, sb, b)
     e2, crown = cross(u, e1), 2.0 * CROWN * sa.radius
+    (x, z, s), count, on_b = recall(last)
+    y, near = (x, z), (ZERO, count, ZERO, on_b)
     if length > 0.0:
-        s, y = along_axis(m, e1, e2, (scale(length, u), crown, radius), shapes)
+        s, y, near = along_axis(m, e1, e2, (scale(length, u), crown, radius), shapes, (s, y, near))
     else:
-        s, (count, on_b) = 0.0, recall(last)
-        y, near = across_of(last), (ZERO, count, ZERO, on_b)
         y, near = nearest_in_disc(m, e1, e2, radius, crown / (radius * radius), shapes, y, near)
-        note(last, 0.0, near[1], near[3])
-        note_across(last, y)
+    note(last, (y[0], y[1], s), near[1], near[3])
     offset = axpy(s * length, axis, axpy(y[0], side, scale(y[1], cross(axis, side))))
     square = (y[0] * y[0] + y[1] * y[1]) / (radius * radius)
     return offset, sa.radius * (1.0 - CROWN * (1.0 + s * s + square))
 
 
-def along_axis(m, e1, e2, made, shapes):
-    """Return the place -1..1 along the axis of the deepest point of a cylinder's side, and its place across the axis.
+def along_axis(m, e1, e2, made, shapes, start):
+    """Return where a cylinder's side is deepest, along its axis (-1..1) and across it, and `excess_at` there.
 
-    made: half the axis, the crown, and the radius. The slope along the axis of the least distance of each disc is that
-    of the distance at its nearest point, and grows: the secant method, guarded by bisection.
+    made: half the axis, the crown, and the radius. start: the same three nearby. The slope along the axis of the least
+    distance of each disc is that of the distance at its nearest point, and grows: the secant method, guarded by
+    bisection.
     """
-    at, slope, ends = 0.0, 0.0, (-2.0, 2.0)
-    value, y, last = slope_along(m, e1, e2, made, at, shapes, (0.0, 0.0), NOWHERE)
+    (at, y, last), slope, ends = start, 0.0, (-2.0, 2.0)
+    value, y, last = slope_along(m, e1, e2, made, at, shapes, y, last)
     for _ in range(ROOT_ITERATIONS):
         new, ends = next_place(at, value, slope, ends)
         if value == 0.0 or abs(new - at) <= ROOT_CONVERGED:
             break
         other, y, last = slope_along(m, e1, e2, made, new, shapes, y, last)
         at, value, slope = new, other, (other - value) / (new - at)
-    return at, y
+    return at, y, last
 
 
 def slope_along(m, e1, e2, made, at, shapes, y, last):

@@ -5,7 +5,7 @@ from contactlaw.world.data.access import contact_at, field_at, near_address, nea
 from contactlaw.world.data.call import ask_beside, ask_meet
 from contactlaw.world.data.kinds import BOX, CYLINDER, DISC, EDGE, ELLIPSOID, HEIGHT_FIELD, HULL, PLANE, SEGMENT, SPHERE
 from contactlaw.world.data.records import NEVER
-from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
+from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, store, sub, to_world
 from contactlaw.world.shapes.core import CROWN, NO_PLACES, local
 
 BACK = 0.05  # of the sum of radii, by which the contact of two cores is set back behind that of corners and edges
@@ -49,43 +49,29 @@ def meet(sa, a, sb, b, last=0):
 
 def forget_place(p):
     """Let a near pair not know where its shapes were nearest; see `meet`."""
-    p.along, p.across[0], p.across[1], p.vertices = 0.0, 0.0, 0.0, 0
-
-
-def place_of(last):
-    """Return the place, -1 to 1 from end to end, where a segment or edge A of a near pair was nearest; see `meet`."""
-    return near_at(last, 0).along if last != 0 else 0.0
-
-
-def across_of(last):
-    """Return the place along both axes of a disc A of a near pair where it was nearest [m]; see `meet`."""
-    if last == 0:
-        return 0.0, 0.0
-    p = near_at(last, 0)
-    return p.across[0], p.across[1]
-
-
-def note_across(last, y):
-    """Let a near pair know what `across_of` returns."""
-    if last != 0:
-        p = near_at(last, 0)
-        p.across[0], p.across[1] = y
+    store(p.place, ZERO)
+    p.vertices = 0
 
 
 def recall(last):
-    """Return how many vertices of a hull B were nearest, 0: not known, and these along its body's axes; see `meet`."""
+    """Return where the shapes of a near pair were nearest, as `note` was told; see `meet`."""
     if last == 0:
-        return 0, NO_PLACES
+        return ZERO, 0, NO_PLACES
     p = near_at(last, 0)
     f = p.feature
-    return p.vertices, ((f[0], f[1], f[2]), (f[3], f[4], f[5]), (f[6], f[7], f[8]))
+    return load(p.place), p.vertices, ((f[0], f[1], f[2]), (f[3], f[4], f[5]), (f[6], f[7], f[8]))
 
 
-def note(last, along, count, on_b):
-    """Let a near pair know what `place_of` and `recall` return; see `meet`."""
+def note(last, place, count, on_b):
+    """Let a near pair know where its shapes were nearest; see `meet`.
+
+    place: of a disc A across both axes [m], and of a line A along it, -1 to 1 from end to end. count: of the vertices
+    of a hull B, 0: not known; on_b: these along its body's axes.
+    """
     if last != 0:
         p = near_at(last, 0)
-        p.along, p.vertices = along, count
+        store(p.place, place)
+        p.vertices = count
         for i in range(3 if count > 0 else 0):
             for j in range(3):
                 p.feature[3 * i + j] = on_b[i][j]

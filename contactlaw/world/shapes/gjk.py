@@ -18,7 +18,7 @@ from contactlaw.world.data.kinds import BOX, CYLINDER, DISC, EDGE, HULL, PLANE, 
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body, to_world
 from contactlaw.world.shapes.core import NO_PLACES, clip, deepest_on_line
 from contactlaw.world.shapes.disc import dimensions
-from contactlaw.world.shapes.geometry import BACK, centre, note, place_of, recall
+from contactlaw.world.shapes.geometry import BACK, centre, note, recall
 
 ITERATIONS = 100  # at most; never reached
 CELLS = 4  # along each side of each face of the cube of directions
@@ -194,21 +194,21 @@ def nearest(sa, a, sb, b, shift, count=0, on_b=NO_PLACES):
 def meet(sa, a, sb, b, last):
     """`geometry.meet` with a hull."""
     radius_a, radius_b, from_a, u = sa.radius, sb.radius, centre(sa, a), ZERO
-    count, on_b = recall(last)
+    place, count, on_b = recall(last)
     if sa.kind == DISC:
         offset, radius_a = ask_deepest(sa.deepest, sa, a, sb, b, ZERO, last)
         from_a = add(from_a, offset)
-        count, on_b = recall(last)  # what that has noted
+        _, count, on_b = recall(last)  # what that has noted
         v, y, _, _, _ = nearest(sa, a, sb, b, offset, count, on_b)
     elif sa.kind == SEGMENT or sa.kind == EDGE:
         u = to_world(a.axes, load(sa.half))
         known = ZERO, count, ZERO, on_b
-        at, radius_a, (v, count, _, on_b) = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b), place_of(last), known)
+        at, radius_a, (v, count, _, on_b) = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b), place[2], known)
         y = sub(add(sub(load(a.position), load(b.position)), axpy(at, u, from_a)), v)
-        note(last, at, count, on_b)
+        note(last, (0.0, 0.0, at), count, on_b)
     else:
         v, y, count, _, on_b = nearest(sa, a, sb, b, ZERO, count, on_b)
-        note(last, 0.0, count if sa.kind < BOX else 0, on_b)
+        note(last, ZERO, count if sa.kind < BOX else 0, on_b)
     both = radius_a + radius_b
     distance = norm(v)
     if distance > DEEP * both:

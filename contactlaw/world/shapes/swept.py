@@ -11,7 +11,7 @@ from contactlaw.world.data.kinds import DISC, EDGE, PLANE, SEGMENT, SIDE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub, to_world
 from contactlaw.world.shapes.core import clip, deepest_on_line, excess_of, length_and_direction, local, way_out
-from contactlaw.world.shapes.geometry import NO_PLACES, centre, half_axis, note, place_of, round_on_round
+from contactlaw.world.shapes.geometry import NO_PLACES, centre, half_axis, note, recall, round_on_round
 
 CAPSULE_CROWN = 1e-3  # of the radius, by which the side of a capsule is lower at its ends
 GROWN = 1.5  # bound on the growth of accelerations by rotation within LARGEST_TURN
@@ -51,8 +51,8 @@ def meet(sa, a, sb, b, last):
     radius, rounding = sa.radius, sb.radius if sa.kind >= EDGE else 0.0
     if sa.kind == SEGMENT or sa.kind == EDGE:
         u = half_axis(sa, a)
-        s, radius, _ = deepest_on_line(d, u, rounding, (sa, a, sb, b), place_of(last))
-        note(last, s, 0, NO_PLACES)
+        s, radius, _ = deepest_on_line(d, u, rounding, (sa, a, sb, b), recall(last)[0][2])
+        note(last, (0.0, 0.0, s), 0, NO_PLACES)
         d, from_a = axpy(s, u, d), axpy(s, u, from_a)
     elif sa.kind == DISC or sa.kind == SIDE:
         offset, radius = ask_deepest(sa.deepest, sa, a, sb, b, d, last)
