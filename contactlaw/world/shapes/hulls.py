@@ -2,7 +2,8 @@
 
 The core of a convex body of faces n.x <= h is bounded by n.x = h - r. Each vertex moves to the point with that distance
 from all the faces that meet there, by least squares where these are more than three. The core swept by a ball of radius
-r has the faces of the hull, and edges and vertices of radius r.
+r has the faces of the hull, and edges and vertices of radius r. Where faces are narrow beside r, such as bevels, their
+vertices would pass each other and come out of other faces: then all corners of the core are found, without such faces.
 """
 
 import numpy as np
@@ -16,6 +17,7 @@ MOST = 100  # vertices at most
 SHARE = 0.1  # default radius, of the least distance of a face from the middle
 SHARP = 0.9  # cosine of the angle between faces: flatter edges are no shapes of their own
 BLUNT = 0.1  # relative cutoff of singular values of the normals at a vertex in the least squares that move it
+PASSED = 1e-3  # of the size, by which a vertex may come out of a face that is not its own
 CLEARLY = 1e-9  # of the size: margin by which one vertex is further than another, for rounding
 
 
@@ -88,18 +90,37 @@ def core_of(points: Array, radius: float | None = None) -> tuple[Array, list[tup
         ValueError: The radius is more than half of that distance.
     """
     vertices, faces = convex_hull(points)
-    normals = _normals(vertices, faces)
+    normals, size = _normals(vertices, faces), float(np.ptp(points, axis=0).max())
+    heights = (vertices[faces[:, 0]] * normals).sum(1)
     depth = float(((vertices[faces[:, 0]] - vertices.mean(0)) * normals).sum(1).min())
     r = SHARE * depth if radius is None else radius
     if not 0.0 < r <= 0.5 * depth:
         raise ValueError(f"rounding = {radius}: must be > 0 and at most half the hull's least depth, {depth:.6g} m")
-    moved = [
-        np.linalg.lstsq(own, np.full(len(own), -r), rcond=BLUNT)[0]
-        for own in (normals[(faces == i).any(1)] for i in range(len(vertices)))
-    ]
+    meet = (faces[None] == np.arange(len(vertices))[:, None, None]).any(2)
+    core = vertices + [np.linalg.lstsq(normals[own], np.full(own.sum(), -r), rcond=BLUNT)[0] for own in meet]
+    if (core @ normals.T - heights + r > size * np.where(meet, FINE, PASSED)).any():
+        core, faces = convex_hull(_corners(normals, heights - r, FLAT * size), 0.1 * FINE)
+        normals = _normals(core, faces)
     sides = {(f[i - 1], f[i]): n for f, n in zip(faces.tolist(), normals, strict=True) for i in range(3)}
     edges = [(i, j) for (i, j), n in sides.items() if i < j and n @ sides[j, i] < SHARP]
-    return vertices + np.array(moved), edges, r
+    return core, edges, r
+
+
+def _corners(normals: Array, heights: Array, margin: float) -> Array:
+    """Return the corners (n, 3) of n.x <= h, some twice: ends of what other planes leave of the line of each two."""
+    one, two = np.triu_indices(len(normals), 1)
+    along = np.cross(normals[one], normals[two])
+    size = np.linalg.norm(along, axis=1)[:, None]
+    one, two, along, size = (own[size[:, 0] > FLAT] for own in (one, two, along, size))  # not parallel
+    to = heights[one, None] * np.cross(normals[two], along) + heights[two, None] * np.cross(along, normals[one])
+    to, along = to / size**2, along / size
+    rates, left = along @ normals.T, heights - to @ normals.T
+    across = np.abs(rates) < FLAT  # planes along the line
+    ends = left / np.where(across, 1.0, rates)
+    low = np.where(across | (rates > 0.0), -np.inf, ends).max(1)
+    high = np.where(across | (rates < 0.0), np.inf, ends).min(1)
+    own = (low <= high) & (~across | (left > -margin)).all(1)
+    return np.concatenate([to[own] + end[own, None] * along[own] for end in (low, high)])
 
 
 def by_direction(vertices: Array) -> Array:
