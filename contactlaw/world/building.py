@@ -13,7 +13,7 @@ from contactlaw.jit import INTERPRETED
 from contactlaw.pair import ContactPair
 from contactlaw.world.arrays import empty, with_bodies, with_more_room, with_pair, with_shapes, with_tree
 from contactlaw.world.data.frames import ORIGIN, UNTURNED, matrix_of, principal, product, unit_quaternion
-from contactlaw.world.data.records import Array, Arrays
+from contactlaw.world.data.records import CLOSED, Array, Arrays
 from contactlaw.world.shapes.description import Shapes
 from contactlaw.world.trees.description import Tree
 from contactlaw.world.trees.tree_records import TreeRecords, coordinates, write_coordinates
@@ -157,7 +157,7 @@ class Building(Shapes):
         self, body: int, position: ArrayLike | None = None, velocity: ArrayLike | None = None,
         quaternion: ArrayLike | None = None, spin: ArrayLike | None = None,
     ) -> None:  # fmt: skip
-        """Set a body's pose or velocities; arguments as for `add_body`, None: unchanged."""
+        """Set a body's pose or velocities; arguments as for `add_body`, None: unchanged. Wakes all that it touches."""
         b = self.arrays.bodies[self._body(body)]
         if b["tree"] != 0:
             raise ValueError(f"body = {body}: belongs to a tree of joints; use place_tree")
@@ -170,7 +170,11 @@ class Building(Shapes):
             b["axes"] = matrix_of(b["quaternion"]).ravel()
         if spin is not None:
             b["spin"] = checks.vector("spin", spin)
-        b["held"] = np.nan  # differs from any acceleration, so that the body wakes
+        rows = self.arrays.contacts[self.arrays.contacts["phase"] == CLOSED]
+        rows = rows[(rows["body_a"] == body + 1) | (rows["body_b"] == body + 1)]
+        touched = np.concatenate([rows["body_a"], rows["body_b"], [body + 1]])
+        bodies = self.arrays.bodies
+        bodies["held"][touched - bodies["member"][touched]] = np.nan  # differs from any acceleration, so that all wake
         self.arrays.world["stale"] = 1
 
     def add_contact(self, shapes1: int | Iterable[int], shapes2: int | Iterable[int], pair: ContactPair) -> None:

@@ -104,16 +104,18 @@ def part_of(w, p):
 def moves(w, p, order):
     """Return whether a closed contact moves by more than a share of its overlap in an impact's duration.
 
+    A kinematic body moves on for ever, so of its motion rounding alone does not count.
     order: 1, by the bodies' velocities; 2, by the accelerations in `shift` and `twist`. An acceleration acts for an
     impact of the body's stiffest contact, which then returns it: so rounding there does not count in a weak contact.
     """
     c = contact_at(w.contacts, p.slot)
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     time = contact_duration(w, c, a, b)
-    way = greatest_way(a, norm(load(c.arm_a)), time, order) + greatest_way(b, norm(load(c.arm_b)), time, order)
+    way_a, way_b = greatest_way(a, norm(load(c.arm_a)), time, order), greatest_way(b, norm(load(c.arm_b)), time, order)
+    driven = (way_a if a.inverse_mass == 0.0 else 0.0) + (way_b if b.inverse_mass == 0.0 else 0.0)
     rounding = POSITION_ROUNDING * (norm(load(a.position)) + norm(load(b.position)))
     share = sqrt(w.stillness) if order == 1 else w.stillness
-    return way > share * c.touch.overlap + rounding
+    return way_a + way_b > share * c.touch.overlap + rounding or driven > rounding
 
 
 def greatest_way(b, arm, time, order):

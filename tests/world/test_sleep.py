@@ -10,7 +10,7 @@ import pytest
 from contactlaw.world import World
 from sims.heap import DEFAULT, poured
 from sims.scene import NONE, Settings
-from tests.world.world_scenes import FLOOR, RADIUS, balls, steel_pair
+from tests.world.world_scenes import FLOOR, RADIUS, balls, mass_of, steel_pair
 
 LOW = RADIUS - 3.60201647e-7  # [m] height at which a ball rests on the floor
 
@@ -94,6 +94,45 @@ def test_what_has_lost_its_support_falls(gone) -> None:
     gone(world)
     world.step(20)
     assert before - world.position[1:, 2] == pytest.approx(0.5 * 9.81 * 0.04**2, rel=0.02)  # what was pressed rebounds
+
+
+def on_a_lift(speed: float = 0.0, timestep: float = 2e-3) -> tuple[World, int, int]:
+    """A ball at rest on a kinematic plane that sinks; also their shapes' numbers."""
+    world, mass = World(timestep=timestep), mass_of(RADIUS)
+    world.add_body(np.inf, 1.0, velocity=(0.0, 0.0, -speed))
+    world.add_body(mass, 0.4 * mass * RADIUS**2, (0.0, 0.0, LOW))
+    plane, ball = world.add_plane(0, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), world.add_sphere(1, RADIUS)
+    world.add_contact(plane, ball, steel_pair(restitution=0.5))
+    world.step(100)
+    return world, plane, ball
+
+
+@pytest.mark.parametrize("sinks", [1e-4, 1e-3])
+def test_what_sleeps_follows_a_support_that_is_placed_near_by(sinks: float) -> None:
+    """So near that both stay in the list of near pairs: it hung in the air."""
+    world, _, _ = on_a_lift()
+    assert world.asleep[1]
+    world.place(0, position=(0.0, 0.0, -sinks))
+    world.step(200)
+    assert world.position[1, 2] + sinks == pytest.approx(LOW, abs=1e-12)
+
+
+def test_a_kinematic_body_keeps_however_low_a_speed() -> None:
+    """It fell asleep with what it carries."""
+    world, _, _ = on_a_lift(1e-8)
+    assert world.velocity[0, 2] == -1e-8
+    assert world.position[:, 2] == pytest.approx([-2e-9, LOW - 2e-9], abs=1e-12)
+
+
+def test_a_later_rule_holds_for_contacts_that_there_are() -> None:
+    """Of a ball that sleeps on a slope: without friction it slides."""
+    world, plane, ball = on_a_lift()
+    world.place(0, quaternion=(1.0, 0.0, 1e-3, 0.0))
+    world.place(1, velocity=(0.0, 0.0, 0.0))
+    world.add_contact(plane, ball, steel_pair(friction=0.0, restitution=0.5))
+    world.step(100)
+    assert world.velocity[1, 0] == pytest.approx(9.81 * 2e-3 * 0.2, rel=1e-3)
+    assert world.spin[1, 1] == pytest.approx(0.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("restitution", [0.5, 0.9])

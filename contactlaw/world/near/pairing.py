@@ -229,7 +229,10 @@ def add_near(w, i, j, guard, gap):
 
 
 def complete_near(w, k):
-    """Set the other fields of near pair k, whose shapes, guard and gap are known; link it to its contact, if any."""
+    """Set the other fields of near pair k, whose shapes, guard and gap are known; link it to its contact, if any.
+
+    Not to one of another pair of materials, whose law has another history: a later rule holds from then on.
+    """
     p = near_at(w.near, k)
     p.body_a, p.body_b = shape_at(w.shapes, p.a).body, shape_at(w.shapes, p.b).body
     p.pair = pair_of(w, p.a, p.b)
@@ -239,7 +242,7 @@ def complete_near(w, k):
     geometry.forget_place(p)
     p.toi, p.path_limit, p.gap, p.closing, p.acceleration, p.closing_bound = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     slot = slot_of(w, p.a, p.b)
-    if slot >= 0:
+    if slot >= 0 and contact_at(w.contacts, slot).pair == p.pair:
         c = contact_at(w.contacts, slot)
         p.slot, p.initial_overlap = slot, c.initial_overlap
         p.listed_gap = NEVER if geometry.is_ignored(p) else p.listed_gap
