@@ -1,4 +1,4 @@
-"""A tree with a slow contact strikes something hard: no touch is found late, and none gives energy."""
+"""No touch of a tree is found late: beside a slow contact, or when what it lies against is woken in a step."""
 
 from __future__ import annotations
 
@@ -34,3 +34,22 @@ def test_tips_that_lean_on_each_other_do_not_hide_the_floor(integrator: str, tim
         mujoco.mj_step(model, data)
         mujoco.mj_forward(model, data)
         assert data.energy.sum() < 1.02 * start
+
+
+@pytest.mark.parametrize("timestep", [0.0002, 0.002, 0.01])
+def test_a_ball_on_a_rail_is_struck_by_one_that_slept(timestep: float) -> None:
+    """Of five balls in a row the third and the fourth touch by rounding, and sleep; the fifth is awake beside them. The
+    speeds are those of a chain of Hertz springs (Hinch & Saint-Jean 1999), as in the world."""
+    row = "".join(
+        f'<body pos="{0.04 * i} 0 0"><joint type="slide" axis="1 0 0"/><geom name="b{i}" size=".02"/></body>'
+        for i in range(5)
+    )
+    model = load_model(
+        f'<mujoco><option timestep="{timestep}" gravity="0 0 0"/><worldbody>{row}</worldbody></mujoco>',
+        [("*", "*", ContactPair("steel", "steel", friction=0.0))],
+    )
+    data = mujoco.MjData(model)
+    data.qpos[0], data.qvel[0] = -0.05, 1.0
+    while data.time < 0.08:
+        mujoco.mj_step(model, data)
+    assert data.qvel == pytest.approx([-0.0711, -0.0303, -0.0145, 0.127, 0.9888], abs=2e-4)

@@ -119,10 +119,11 @@ def find_passing(world):
     w.denied = 0
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
+        b.active = 0
         if may_pass(b) and guards.has_shapes(b):
             travelled = norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
             if travelled > b.margin:
-                deny(w, b)
+                deny(w, b, i)
             if travelled + 2.0 * w.step * (norm(load(b.velocity)) + b.reach * norm(load(b.spin))) > b.margin:
                 w.stale = 1
     for k in range(w.guard_count):
@@ -134,22 +135,18 @@ def find_passing(world):
             guards.update_guard(w, g, w.step)
         g.separated = 1 if stayed_separated(w, g) else 0
         if g.separated == 0 and lead.moved + w.step * max(lead.last_speed_now, lead.speed_now) > g.limit:
-            deny(w, body_at(w.bodies, g.body_a))
-            deny(w, body_at(w.bodies, g.body_b))
+            deny(w, body_at(w.bodies, g.body_a), g.body_a)
+            deny(w, body_at(w.bodies, g.body_b), g.body_b)
     found, first = True, True
     while found:
         found = False
         for k in range(w.nears):
             p = near_at(w.near, k)
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            if not (may_pass(a) or may_pass(b)):
-                continue
-            # of a body that is at rest, or whose tree may pass, the end of the step is known
-            known = may_pass(a) or is_static(a) or a.asleep != 0
-            known = known and (may_pass(b) or is_static(b) or b.asleep != 0)
-            if not known or (first and may_have_touched(w, p, a, b)):
-                found = deny(w, a) or found
-                found = deny(w, b) or found
+            known = end_is_known(w, a, p.body_a) and end_is_known(w, b, p.body_b)
+            if not known or (first and (may_pass(a) or may_pass(b)) and may_have_touched(w, p, a, b)):
+                found = deny(w, a, p.body_a) or found
+                found = deny(w, b, p.body_b) or found
         first = False
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
@@ -157,13 +154,25 @@ def find_passing(world):
             tree_at(b.tree, 0).passes = PASSES
 
 
-def deny(w, b):
-    """Let the tree of a body not pass, if it was asked; return whether that changes anything."""
+def deny(w, b, i):
+    """Let the tree of body i not pass, if it was asked, or let it wake; return whether that changes anything."""
+    if b.asleep != 0:
+        first = body_at(w.bodies, i - b.member)
+        news, first.active = first.active == 0, 1
+        return news
     if b.tree == 0 or tree_at(b.tree, 0).passes != ASKED:
         return False
     tree_at(b.tree, 0).passes = DENIED
     w.denied = 1
     return True
+
+
+def end_is_known(w, b, i):
+    """Return whether it is known where body i ends the step: where it rests, or where the engine has its tree.
+
+    What sleeps rests unless something may wake it whose own end is not known; `active` tells.
+    """
+    return may_pass(b) or is_static(b) or (b.asleep != 0 and body_at(w.bodies, i - b.member).active == 0)
 
 
 def may_pass(b):
