@@ -17,7 +17,6 @@ MOST = 100  # vertices at most
 SHARE = 0.1  # default radius, of the least distance of a face from the middle
 SHARP = 0.9  # cosine of the angle between faces: flatter edges are no shapes of their own
 BLUNT = 0.1  # relative cutoff of singular values of the normals at a vertex in the least squares that move it
-PASSED = 1e-3  # of the size, by which a vertex may come out of a face that is not its own
 CLEARLY = 1e-9  # of the size: margin by which one vertex is further than another, for rounding
 
 
@@ -98,7 +97,7 @@ def core_of(points: Array, radius: float | None = None) -> tuple[Array, list[tup
         raise ValueError(f"rounding = {radius}: must be > 0 and at most half the hull's least depth, {depth:.6g} m")
     meet = (faces[None] == np.arange(len(vertices))[:, None, None]).any(2)
     core = vertices + [np.linalg.lstsq(normals[own], np.full(own.sum(), -r), rcond=BLUNT)[0] for own in meet]
-    if (core @ normals.T - heights + r > size * np.where(meet, FINE, PASSED)).any():
+    if (core @ normals.T - heights + r > FINE * size).any():
         core, faces = convex_hull(_corners(normals, heights - r, FLAT * size), 0.1 * FINE)
         normals = _normals(core, faces)
     sides = {(f[i - 1], f[i]): n for f, n in zip(faces.tolist(), normals, strict=True) for i in range(3)}
