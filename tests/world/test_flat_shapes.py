@@ -303,6 +303,19 @@ def test_bad_solids_are_named(call, message: str) -> None:
     refuses(call, message)
 
 
+@pytest.mark.parametrize("other", [box, cylinder])
+@pytest.mark.parametrize("restitution", [0.5, 0.8])
+def test_a_rim_strikes_an_edge_or_a_rim_with_the_restitution_given(other, restitution: float) -> None:
+    """Both bodies' parts meet the other one there; each with all the stiffness and mass 0.5 became 0.33 and 0.41."""
+    world = World(timestep=1e-4, gravity=0)
+    above = cylinder(world, 0.02, 0.02, (0, 0, 0.06), (cos(pi / 8), sin(pi / 8), 0, 0), (0, 0, -0.5))
+    sizes = [(0.02, 0.02, 0.02)] if other is box else [0.02, 0.02]
+    below = other(world, *sizes, (0, 0, 0), (cos(pi / 8), 0, sin(pi / 8), 0), (0, 0, 0.5))
+    world.add_contact(above, below, steel_pair(friction=0.0, restitution=restitution))
+    world.step(200)
+    assert world.velocity[0, 2] - world.velocity[1, 2] == pytest.approx(restitution, abs=0.05)
+
+
 @pytest.mark.heavy
 @pytest.mark.parametrize("timestep", [1e-3, 5e-3])
 def test_a_coin_that_wobbles_stays_on_its_rim_and_gains_nothing(timestep: float) -> None:

@@ -9,7 +9,7 @@ from contactlaw.laws.slip import stuck_stiffness
 from contactlaw.world.bodies.motion import closing_at, mobility_between, swing, velocity_at
 from contactlaw.world.contacts.force import is_quasi_static
 from contactlaw.world.data.access import body_at, contact_at, pair_at, shape_at, tree_at
-from contactlaw.world.data.kinds import BOX, EDGE, HULL
+from contactlaw.world.data.kinds import BOX, DISC, EDGE, PLANE
 from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, sub
@@ -70,10 +70,10 @@ def radius_where(w, p, a, b, n, arm_a, arm_b):
 def share_of(t, sa, sb):
     """Return the share of a contact's stiffness and mass that shape A carries of it.
 
-    Where edges of two boxes or hulls cross, each of both meets the other core, at one point. An edge that lies on the
-    face of a hull, with a crown of metres for its radius, does not.
+    Where edges or rims of two cores cross, each of both meets the other core, at one point. One that lies on a face,
+    where its crown makes the radius larger than its own, does not.
     """
-    crossed = sa.kind == EDGE and (sb.kind == BOX or sb.kind == HULL) and t.radius <= max(sa.radius, sb.radius)
+    crossed = (sa.kind == EDGE or sa.kind == DISC) and BOX <= sb.kind < PLANE and t.radius <= max(sa.radius, sb.radius)
     return 0.5 if crossed else 1.0
 
 
