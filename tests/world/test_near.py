@@ -54,6 +54,19 @@ def test_every_near_pair_is_found_among_sizes_of_one_to_a_hundred(count, spread,
     assert (pairs or count < 100) and at_floor.any()
 
 
+def test_a_cell_of_another_level_with_the_same_key_lists_no_pair_twice():
+    """As 121248 cells from the origin: two balls there had two contacts, each with the whole stiffness."""
+    world = World(timestep=1e-3, gravity=0)
+    small, large = 1e-3, 1.5e-3
+    x, y, z = 2.4 * small * np.array([121248.5, 0.2, 0.3])  # cells are as wide as a small ball with its margin
+    places = [(x + 0.1 * k, 1.0, 1.0) for k in range(60)] + [(x, y, z), (x, y + small + large - 1e-7, z)]
+    radii = [small] * 61 + [large]
+    balls = [world.add_sphere(world.add_body(1.0, 1.0, at), r) for at, r in zip(places, radii, strict=True)]
+    world.add_contact(balls, balls, ContactPair("steel", "steel", 0.1))
+    world.step()
+    assert world.contacts.size == 1
+
+
 @pytest.mark.parametrize("count", [200, 400])
 def test_near_pairs_of_a_lattice_grow_as_its_balls(count):
     world = World(gravity=0.0, timestep=1e-6)

@@ -242,7 +242,7 @@ def cell_of(w, i, width):
 
 
 def key_of(x, y, z, level):
-    """Return a number of a cell that no other cell within a million cells' widths has."""
+    """Return a number of a cell that no other cell of its level within a million cells' widths has."""
     return ((x & 0xFFFFF) << 40 | (y & 0xFFFFF) << 20 | (z & 0xFFFFF)) ^ level * 0x1357 << 44
 
 
@@ -260,7 +260,8 @@ def list_around(w, i, level, width, cells):
         key = key_of(x + n // 9 - 1, y + n // 3 % 3 - 1, z + n % 3 - 1, level)
         j = whole_at(w.grid, hash_of(key, cells))
         while j >= 0:
-            if whole_at(w.grid, cells + 3 * shapes + j) == key and (j < i or n != 13 or not same):
+            own = whole_at(w.grid, cells + 3 * shapes + j) == key and whole_at(w.grid, cells + shapes + j) == level
+            if own and (j < i or n != 13 or not same):
                 list_pair(w, max(i, j), min(i, j))
             j = whole_at(w.grid, cells + j)
 
