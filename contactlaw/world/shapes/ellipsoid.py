@@ -20,7 +20,7 @@ from contactlaw.world.data.kinds import BOX, CYLINDER, ELLIPSOID, HULL, PLANE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub, tangent, to_body, to_world
 from contactlaw.world.shapes.core import excess_of, local
-from contactlaw.world.shapes.geometry import SUNK, centre
+from contactlaw.world.shapes.geometry import ANY, SUNK, centre
 from contactlaw.world.shapes.gjk import nearest, support
 
 ITERATIONS = 30  # of Newton's method at most; it needs a few
@@ -178,13 +178,14 @@ def nearest_to_ellipsoid(sa, a, sb, b):
     to_b = sub(centre(sb, b), add(between, centre(sa, a)))  # from A's middle to B's
     if sb.kind == ELLIPSOID:
         n = add(shrink(sa, a, to_b), shrink(sb, b, to_b))
-        n, gap, y = climb(sa, a, sb, b, ZERO, ZERO, scale(-1.0 / max(norm(n), 1e-300), n))
+        size = norm(n)
+        n, gap, y = climb(sa, a, sb, b, ZERO, ZERO, scale(-1.0 / size, n) if size > 1e-300 else ANY)
         return n, gap, y, 0.0
     h = sa.half
     ball = INSIDE * min(h[0], h[1], h[2]) ** 2 / max(h[0], h[1], h[2])
     v, y, count, e, around = feature_at(sa, a, sb, b, ZERO)
     if norm(v) == 0.0 and sb.kind == HULL:  # A's middle is in a core for which no depth is defined
-        return (0.0, 0.0, 1.0), -max(h[0], h[1], h[2]), y, sb.radius
+        return ANY, -max(h[0], h[1], h[2]), y, sb.radius
     straight = scale(1.0 / max(norm(v), 1e-300), v)
     n = shrink(sa, a, v)
     n = scale(1.0 / max(norm(n), 1e-300), n)
@@ -213,6 +214,8 @@ def nearest_to_ellipsoid(sa, a, sb, b):
         gap = plane_gap(sa, a, sb, b, n) if dot(n, n) > 0.0 else -NEVER
         if gap >= best:
             kept, best = n, gap
+    if best == -NEVER:
+        kept, best = ANY, plane_gap(sa, a, sb, b, ANY)
     return kept, best, axpy(-best, kept, add(between, facing(sa, a, scale(-1.0, kept)))), sb.radius
 
 

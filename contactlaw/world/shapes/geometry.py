@@ -8,6 +8,7 @@ from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, store, sub, to_world
 from contactlaw.world.shapes.core import CROWN, NO_PLACES, local
 
+ANY = (0.0, 0.0, 1.0)  # normal of concentric shapes, which have none of their own; a zero vector has no tangents
 BACK = 0.05  # of the sum of radii, by which the contact of two cores is set back behind that of corners and edges
 SUNK = 0.975  # share of `max_overlap`, less what sets back, from which cores may touch: crowns shorten it
 IGNORED = 1e9  # [m] initial overlap of an ignored pair, more than any shapes overlap
@@ -179,7 +180,7 @@ def set_initial_overlap(w, p, overlap):
 def round_on_round(radius_a, from_a, radius_b, from_b, d):
     """Return `meet` of two spheres; d: from the centre of B to that of A."""
     distance = norm(d)
-    n = scale(1.0 / max(distance, 1e-300), d)
+    n = scale(1.0 / distance, d) if distance > 1e-300 else ANY
     both = radius_a + radius_b
     share = distance / both
     return both - distance, n, axpy(-share * radius_a, n, from_a), axpy(share * radius_b, n, from_b)
