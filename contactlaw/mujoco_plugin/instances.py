@@ -158,10 +158,12 @@ class ContactInstance:
         out = []
         for key, (text,) in (("geom1", self.contact.ones), ("geom2", self.contact.twos)):
             whole = self.view.geom(start + text + end)
-            ids = [whole] if whole >= 0 else [self.view.geom(start + name + end) for name in config.split(text)]
+            names = [text] if whole >= 0 else config.split(text)
+            ids = [self.view.geom(start + name + end) for name in names]
             if not ids or min(ids) < 0:
+                none = f"; {names[ids.index(-1)]!r} is none" if len(ids) > 1 else ""
                 raise ValueError(
-                    f"{key} = {text!r}: must be the name of a geom of the model, or names with spaces between"
+                    f"{key} = {text!r}: must be the name of a geom of the model, or names with spaces between{none}"
                 )
             out.append(dict.fromkeys(ids))
         return out
