@@ -1,4 +1,4 @@
-"""Soft bodies that meet so fast that their cores lie in each other: nothing of it is energy from nothing."""
+"""Bodies whose cores lie in each other, as soft ones that meet fast, or whose middles coincide: nothing is gained."""
 
 from pathlib import Path
 
@@ -63,3 +63,30 @@ def test_cores_in_each_other_give_no_energy(kind: str, other: str, first: int, t
         met += abs(data.qvel[6] + SPEED) > 0.1
         assert data.energy[1] <= 1.01 * start, (kind, other, seed)
     assert met > 6
+
+
+@pytest.mark.parametrize(
+    ("fixed", "free", "inertia"),
+    [
+        ('type="sphere" size=".35"', 'type="sphere" size=".35"', 0.4 * 10.0 * 0.35**2),
+        ('type="ellipsoid" size=".3 .32 .35"', 'type="ellipsoid" size=".3 .32 .35"', 2.0 * (0.3**2 + 0.32**2)),
+        ('type="capsule" size=".2 .2"', 'type="ellipsoid" size=".3 .32 .35"', 2.0 * (0.3**2 + 0.32**2)),
+    ],
+)
+def test_concentric_shapes_leave_each_other_alone(fixed, free, inertia):
+    """They have no normal; as a zero vector it made positions NaN once something else pressed, or the step endless."""
+    model = load_model(
+        f"""<mujoco><option gravity="0 0 0"/><worldbody><geom {fixed}/>
+        <geom type="capsule" size=".1" fromto="-.35 0 0 -.8 0 0"/><body><joint type="slide" axis="1 0 0"/>
+        <joint axis="0 0 1"/><geom {free} mass="10"/></body></worldbody></mujoco>""",
+        [("*", "*", ContactPair("rubber", "steel", friction=1.0, restitution=0.5))],
+    )
+    for push in (5.0, -5.0):
+        data = mujoco.MjData(model)
+        data.qfrc_applied[:] = push, 5.0
+        mujoco.mj_step(model, data, 5)
+        alone = np.array([push / 10.0, 5.0 / inertia]) * data.time**2 / 2.0
+        if push > 0.0:
+            assert data.qpos == pytest.approx(alone, rel=1e-3)
+        else:  # it presses on what it touches beside
+            assert np.isfinite(data.qpos).all() and (np.abs(data.qpos) <= 1.001 * np.abs(alone)).all()

@@ -241,33 +241,6 @@ def test_of_all_data_of_a_model_the_first_tells_what_is_doubtful():
         mujoco.mj_step(again, mujoco.MjData(again))
 
 
-@pytest.mark.parametrize(
-    ("fixed", "free", "inertia"),
-    [
-        ('type="sphere" size=".35"', 'type="sphere" size=".35"', 0.4 * 10.0 * 0.35**2),
-        ('type="ellipsoid" size=".3 .32 .35"', 'type="ellipsoid" size=".3 .32 .35"', 2.0 * (0.3**2 + 0.32**2)),
-        ('type="capsule" size=".2 .2"', 'type="ellipsoid" size=".3 .32 .35"', 2.0 * (0.3**2 + 0.32**2)),
-    ],
-)
-def test_concentric_shapes_leave_each_other_alone(fixed, free, inertia):
-    """They have no normal; as a zero vector it made positions NaN once something else pressed, or the step endless."""
-    model = load_model(
-        f"""<mujoco><option gravity="0 0 0"/><worldbody><geom {fixed}/>
-        <geom type="capsule" size=".1" fromto="-.35 0 0 -.8 0 0"/><body><joint type="slide" axis="1 0 0"/>
-        <joint axis="0 0 1"/><geom {free} mass="10"/></body></worldbody></mujoco>""",
-        [("*", "*", ContactPair("rubber", "steel", friction=1.0, restitution=0.5))],
-    )
-    for push in (5.0, -5.0):
-        data = mujoco.MjData(model)
-        data.qfrc_applied[:] = push, 5.0
-        mujoco.mj_step(model, data, 5)
-        alone = np.array([push / 10.0, 5.0 / inertia]) * data.time**2 / 2.0
-        if push > 0.0:
-            assert data.qpos == pytest.approx(alone, rel=1e-3)
-        else:  # it presses on what it touches beside
-            assert np.isfinite(data.qpos).all() and (np.abs(data.qpos) <= 1.001 * np.abs(alone)).all()
-
-
 def test_hulls_that_reach_into_each_others_cores_leave_each_other_alone_until_they_have_parted():
     """A finger turns and slides out of its palm as if that were not there, and bounces off it when it comes back."""
     with pytest.warns(ContactWarning, match="geoms overlap"):
