@@ -11,7 +11,7 @@ from math import sqrt
 from contactlaw.jit import jit_module
 from contactlaw.laws.record import LASTING
 from contactlaw.memory import set_whole, whole_at
-from contactlaw.world.bodies.bounds import time_to_close
+from contactlaw.world.bodies.bounds import is_idle, time_to_close
 from contactlaw.world.bodies.motion import fly, mobility_bound
 from contactlaw.world.contacts.pace import closing_speed, contact_duration, touch_duration
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at, tree_at
@@ -79,8 +79,9 @@ def plan_window(w):
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         if p.closed != 0 and not is_left_out(a, b):
             c = contact_at(w.contacts, p.slot)
-            persistent += 1 if c.touch.course == LASTING else 0
-            shortest = min(shortest, contact_duration(w, c, a, b))
+            if not is_idle(a, b, c.touch.overlap, closing_speed(c, a, b), w.step, c.touch.radius):
+                persistent += 1 if c.touch.course == LASTING else 0
+                shortest = min(shortest, contact_duration(w, c, a, b))
     return shortest, CROWD_WINDOW * shortest if persistent > w.crowd else shortest
 
 

@@ -7,6 +7,7 @@ from contactlaw.world.bodies.motion import acceleration_at, acceleration_of, cha
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import cross, dot, load, norm, sub, to_body
 
+IDLE = 1e-9  # of its radius, by which what touches by rounding overlaps and moves in a step at most
 LARGEST_TURN = 0.2  # [rad] horizon of times of impact of bodies with shapes off their centres
 
 
@@ -33,6 +34,20 @@ def turning_bound(b, time):
         momentum = norm(load(b.momentum)) + time * moment
         gyroscopic = 0.5 * (most - min(i[0], min(i[1], i[2]))) * momentum * momentum
     return most * (moment + gyroscopic)
+
+
+def is_idle(a, b, overlap, closing, time, radius):
+    """Return whether two bodies that touch by rounding neither press nor part by themselves in a time [s].
+
+    Their contact is so soft that an impact of it would last longer than those of what strikes them.
+    """
+    if overlap > IDLE * radius:
+        return False
+    push = norm(sub(acceleration_of(a), acceleration_of(b)))
+    for one in (a, b):
+        if one.oriented != 0:
+            push += (dot(load(one.spin), load(one.spin)) + turning_bound(one, time)) * one.reach
+    return overlap + (abs(closing) + push * time) * time < IDLE * radius
 
 
 def spin_bound(b, time):
