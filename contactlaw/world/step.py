@@ -69,7 +69,7 @@ def steps_together(w, dt, left):
     In a crowd of persistent contacts steps shorter than an impact are joined up to a window in which no body moves far:
     near pairs stay few. Steps remain single where they set accuracy: of few contacts, of trees, of bodies that tumble.
     """
-    shortest, length = window.plan_window(w)
+    shortest, length, _ = window.plan_window(w)
     time = length if dt <= shortest < length else 0.0
     for i in range(w.body_count if time > 0.0 else 0):
         b = body_at(w.bodies, i)
@@ -118,7 +118,7 @@ def finish(w, dt):
         if now == 0.0 and w.together == 1 and take_implicit_steps(w):
             first = window.predict_all(w, now, dt)
             w.age = min(w.age, AGED)
-        shortest, length = window.plan_window(w)
+        shortest, length, watched = window.plan_window(w)
         if w.age == AGED and min(first, shortest) < NEVER:
             window.list_anew(w)
             first = window.predict_all(w, now, dt)
@@ -126,7 +126,7 @@ def finish(w, dt):
             if first >= dt:
                 break
             now = max(now, first)
-            touching, length = window.shortest_new_impact(w, now)
+            touching, length, watched = window.shortest_new_impact(w, now)
             if not touching:
                 continue
             if length < NEVER and dt - now <= LATE_IMPACT * length:
@@ -137,7 +137,7 @@ def finish(w, dt):
             until = dt
         while window.activate(w, now, until) and wake(w, now, False):
             pass
-        window.list_islands(w, window.join_loose(w, until - now) if length > shortest else -1)
+        window.list_islands(w, window.join_loose(w, until - now) if watched else -1)
         for k in range(w.islands):
             until = integrate(w, whole_at(w.roots, k), now, until)
         now = until

@@ -72,17 +72,23 @@ def remains_open(w, p, now, until, more):
 
 
 def plan_window(w):
-    """Return the shortest duration of an impact that is going on and the next window [s]; NEVER: no pair is closed."""
-    shortest, persistent = NEVER, 0
+    """Return the shortest duration of an impact that is going on and the next window [s]; NEVER: no pair is closed.
+
+    Also whether shorter impacts may throw bodies far within the window: in crowds, or if the shortest is an idle one.
+    """
+    shortest, persistent, idle = NEVER, 0, False
     for k in range(w.nears):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         if p.closed != 0 and not is_left_out(a, b):
             c = contact_at(w.contacts, p.slot)
-            if not is_idle(a, b, c.touch.overlap, closing_speed(c, a, b), w.step, c.touch.radius):
-                persistent += 1 if c.touch.course == LASTING else 0
-                shortest = min(shortest, contact_duration(w, c, a, b))
-    return shortest, CROWD_WINDOW * shortest if persistent > w.crowd else shortest
+            persistent += 1 if c.touch.course == LASTING else 0
+            duration = contact_duration(w, c, a, b)
+            if duration < shortest:
+                idle = is_idle(a, b, c.touch.overlap, closing_speed(c, a, b), w.step, c.touch.radius)
+            shortest = min(shortest, duration)
+    crowd = persistent > w.crowd
+    return shortest, CROWD_WINDOW * shortest if crowd else shortest, idle or crowd
 
 
 def is_left_out(a, b):
@@ -96,12 +102,12 @@ def flight_start(b):
 
 
 def shortest_new_impact(w, now):
-    """Return whether any impact is about to begin, and the duration [s] of the shortest of them.
+    """Return whether any impact is about to begin, the duration [s] of the shortest, and what `plan_window` tells last.
 
     Times of impact are lower bounds: pairs of which it has come are predicted anew. Most are not about to touch. Then
     no window begins and no flight is cut, so that rounding does not depend on how often a pair is looked at.
     """
-    touching, shortest = False, NEVER
+    touching, shortest, idle = False, NEVER, False
     for k in range(w.nears):
         p = near_at(w.near, k)
         if p.closed == 0 and p.toi <= now and not is_left_out(body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)):
@@ -110,8 +116,10 @@ def shortest_new_impact(w, now):
                 met, measured = guards.meet_within(w, p, a, b, guards.CLEAR_HEIGHT * shape_at(w.shapes, p.a).radius)
                 duration = touch_duration(w, p, a, b, met, measured)
                 if p.toi - now <= EARLY * duration:
+                    if duration < shortest:
+                        idle = is_idle(a, b, max(-p.gap, 0.0), p.closing, w.step, shape_at(w.shapes, p.a).radius)
                     touching, shortest = True, min(shortest, duration)
-    return touching, shortest
+    return touching, shortest, idle
 
 
 def activate(w, now, until):

@@ -2,7 +2,7 @@
 
 from contactlaw.jit import jit_module
 from contactlaw.world.bodies import motion
-from contactlaw.world.bodies.bounds import LARGEST_TURN, is_idle, time_to_close, turning_bound
+from contactlaw.world.bodies.bounds import LARGEST_TURN, time_to_close, turning_bound
 from contactlaw.world.bodies.motion import acceleration_of, change_bound
 from contactlaw.world.data.access import body_at, shape_at
 from contactlaw.world.data.call import ask_predict
@@ -84,7 +84,6 @@ def find_time(w, p, a, b, now, left):
     p.acceleration = -dot(rest, n) if flat else norm(rest)
     p.toi = now
     if overlap > 0.0:
-        p.toi = NEVER if is_idle(a, b, overlap, p.closing, left, sa.radius) else now
         return
     if sb.kind == HEIGHT_FIELD:  # not convex: the gap closes at most as fast as any point moves
         p.acceleration = norm(rest)
