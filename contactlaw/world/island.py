@@ -174,8 +174,6 @@ def take_substeps(w, root, listed, t, now, until):
         going = closed > 0 and not is_last
         soon = shorter < (NEVER if closed <= w.crowd else LEAST_CHANGE * next_h)
         review = going and (soon or since_review == BLOCK)
-        if review and root == w.loose:
-            going = review = not leaves_margins(w, bodies, min(2.0 * BLOCK * next_h, left))
         if not going:
             next_h = 0.0
         if review:
@@ -186,6 +184,8 @@ def take_substeps(w, root, listed, t, now, until):
             going = lost_body(w, bodies, until - now) == 0
             if not may_keep(target, next_h) or (coasting > 0 and target > GROWTH * next_h):
                 next_h = left / ceil(left / target - 1e-9)
+            if root == w.loose and leaves_margins(w, bodies, min(2.0 * BLOCK * next_h, left)):
+                going, next_h = False, 0.0
             since_review = 0
         kick_bodies(w, acting, h, next_h)
         w.kicks += closed

@@ -116,7 +116,7 @@ def shortest_new_impact(w, now):
                 met, measured = guards.meet_within(w, p, a, b, guards.CLEAR_HEIGHT * shape_at(w.shapes, p.a).radius)
                 duration = touch_duration(w, p, a, b, met, measured)
                 if p.toi - now <= EARLY * duration:
-                    if duration < shortest:
+                    if duration <= shortest:
                         idle = is_idle(a, b, max(-p.gap, 0.0), p.closing, w.step, shape_at(w.shapes, p.a).radius)
                     touching, shortest = True, min(shortest, duration)
     return touching, shortest, idle
