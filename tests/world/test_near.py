@@ -149,11 +149,14 @@ def test_boxes_that_spin_out_of_reach_cost_little_more_than_without_contacts():
     assert cost(True) < 2.0 * cost(False)
 
 
-def test_a_ball_thrown_from_afar_meets_two_that_touch_by_rounding() -> None:
-    """A contact without load is soft: its window is the whole step, and the ball's margin ends within it."""
-    row, places = World(timestep=5e-3, gravity=0), np.array([0.0, 0.05, 0.12, 0.16])
-    shapes = [row.add_sphere(row.add_body(1.0, 1.6e-4, (x, 0, 0)), 0.02) for x in places]
-    row.place(0, velocity=(10, 0, 0))
+@pytest.mark.parametrize(
+    ("masses", "speed", "timestep"), [((1, 1, 1, 1), 10, 5e-3), ((0.053, 0.406, 0.5, 0.18), 25, 1e-2)]
+)
+def test_a_ball_thrown_from_afar_meets_two_that_touch_by_rounding(masses, speed: float, timestep: float) -> None:
+    """A contact without load is soft: its window, or a substep of it, is the whole step, and past the ball's margin."""
+    row, places = World(timestep=timestep, gravity=0), np.cumsum([0.0, 0.05, 0.07, 0.04])
+    shapes = [row.add_sphere(row.add_body(m, 1.6e-4 * m, (x, 0, 0)), 0.02) for m, x in zip(masses, places, strict=True)]
+    row.place(0, velocity=(speed, 0, 0))
     row.add_contact(shapes, shapes, ContactPair("steel", "steel", friction=0.0))
     row.step()
     assert (np.diff(row.position[:, 0]) > 0.0399).all()
