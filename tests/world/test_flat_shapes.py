@@ -306,7 +306,7 @@ def test_bad_solids_are_named(call, message: str) -> None:
 @pytest.mark.parametrize("other", [box, cylinder])
 @pytest.mark.parametrize("restitution", [0.5, 0.8])
 def test_a_rim_strikes_an_edge_or_a_rim_with_the_restitution_given(other, restitution: float) -> None:
-    """Both bodies' parts meet the other one there; each with all the stiffness and mass 0.5 became 0.33 and 0.41."""
+    """Both bodies' parts meet the other one there; each with all the stiffness and mass 0.5 became 0.41 and 0.39."""
     world = World(timestep=1e-4, gravity=0)
     above = cylinder(world, 0.02, 0.02, (0, 0, 0.06), (cos(pi / 8), sin(pi / 8), 0, 0), (0, 0, -0.5))
     sizes = [(0.02, 0.02, 0.02)] if other is box else [0.02, 0.02]

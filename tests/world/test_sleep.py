@@ -96,9 +96,9 @@ def test_what_has_lost_its_support_falls(gone) -> None:
     assert before - world.position[1:, 2] == pytest.approx(0.5 * 9.81 * 0.04**2, rel=0.02)  # what was pressed rebounds
 
 
-def on_a_lift(speed: float = 0.0, timestep: float = 2e-3) -> tuple[World, int, int]:
+def on_a_lift(speed: float = 0.0) -> tuple[World, int, int]:
     """A ball at rest on a kinematic plane that sinks; also their shapes' numbers."""
-    world, mass = World(timestep=timestep), mass_of(RADIUS)
+    world, mass = World(timestep=2e-3), mass_of(RADIUS)
     world.add_body(np.inf, 1.0, velocity=(0.0, 0.0, -speed))
     world.add_body(mass, 0.4 * mass * RADIUS**2, (0.0, 0.0, LOW))
     plane, ball = world.add_plane(0, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), world.add_sphere(1, RADIUS)
