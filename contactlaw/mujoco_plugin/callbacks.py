@@ -24,7 +24,7 @@ from contactlaw.world.data.call import address, call_read, call_step, ready
 from contactlaw.world.data.checksum import as_float, mix
 from contactlaw.world.data.demand import READ as READ_STATE
 from contactlaw.world.data.demand import STEP
-from contactlaw.world.data.records import RESIZED
+from contactlaw.world.data.records import LATE, RESIZED
 from contactlaw.world.data.vec import cross, load, scale, store
 from contactlaw.world.near.passing import follow, may_follow, part
 from contactlaw.world.sleep import is_at_rest
@@ -33,7 +33,7 @@ from contactlaw.world.step import FIND_PRESSED, FIXED_ROOM
 from contactlaw.world.trees.mobility import clear
 
 LARGEST = 1e100  # [N], forces beyond are not applied: the engine's results would not be finite
-EDITED, MOVED, CALM, ASLEEP, REPEATED = -1, 0, 1, 2, 3  # how a step went, see `move_world` and `step_world`
+STRUCK, EDITED, MOVED, CALM, ASLEEP, REPEATED = -2, -1, 0, 1, 2, 3  # how a step went, see `move_world` and `step_world`
 
 free_memory = types.ExternalFunction("PyMem_RawFree", types.void(types.uintp))
 
@@ -43,10 +43,11 @@ def block_address(d, instance):
     return types.uintp(whole_at(data_at(d, 0).plugin_data, instance))
 
 
-def move_world(head, w, state):
-    """Take the step of the world.
+def move_world(head, w, state, again):
+    """Take the step of the world; again: after STRUCK.
 
-    Returns ASLEEP if all bodies go on sleeping; EDITED, before any step, if the model of a calm world has been edited.
+    Returns ASLEEP if all bodies go on sleeping; EDITED, before any step, if the model of a calm world has been edited;
+    STRUCK, if the step must be taken again, as something has been thrown at a tree that had passed by everything.
     """
     m, w.step, w.age, w.brief = model_at(head.model, 0), head.step_size, 0, 0
     head.lag = 0.0 if m.opt.integrator == layout.RUNGE_KUTTA else 0.5 * m.opt.timestep
@@ -80,6 +81,8 @@ def move_world(head, w, state):
     for i in range(head.free_count):
         free.lead_free(head, free_at(head.frees, i))
     call_step(address(w, STEP), w, head.step_size, FIXED_ROOM)
+    if w.denied == LATE and not again and ready(w, READ_STATE):
+        return STRUCK
     end_near(head, w)
     call_step(address(w, STEP), w, head.step_size, FIND_PRESSED)
     for i in range(head.free_count):
@@ -110,7 +113,17 @@ def step_world(head):
             free.hold_free(head, free_at(head.frees, i))
         return REPEATED
     state = load_state(head)
-    return CALM if w.stale == 0 and all_stay_clear(head, w) else move_world(head, w, state)
+    if w.stale == 0 and all_stay_clear(head, w):
+        return CALM
+    edited = w.edited
+    done = move_world(head, w, state, False)
+    if done == STRUCK:
+        read_state(w, state[head.row :])
+        w.edited = edited
+        for i in range(head.free_count):
+            body_at(w.bodies, 1 + i).touched = 1  # it is read even if it sleeps
+        done = move_world(head, w, state, True)
+    return done
 
 
 def sleeps_on(head):
@@ -176,10 +189,8 @@ def load_world(head, w, state):
     sound = known.token == token_of(head, state, state.size, state.size)
     if not sound:
         clear(state[PUSH:])
-    forget_motion(w)
     if ready(w, READ_STATE):
-        row = state[head.row :]
-        dropped = call_read(address(w, READ_STATE), w, row.ctypes.data, row.size)
+        dropped = read_state(w, state[head.row :])
         head.token, head.idle = known.token, 0
         if head.token != 0.0 and known.content != 0.0 and known.content != as_float(types.uint64(head.content)):
             w.edited = RESIZED  # any number of the model may be another one
@@ -189,6 +200,12 @@ def load_world(head, w, state):
             left[i] = np.nan
     if not sound or (dropped > 0 and w.edited < RESIZED):
         report_once(head, notices.DAMAGED, float(dropped))
+
+
+def read_state(w, row):
+    """Bring the world to the state in a row; return how many contacts were left out."""
+    forget_motion(w)
+    return call_read(address(w, READ_STATE), w, row.ctypes.data, row.size)
 
 
 def all_stay_clear(head, w):
@@ -210,6 +227,8 @@ def store_state(head, w, state):
             force = scale(free.mean_share(c, head.step_size), load(c.force))
             add_force(head, p.body_a, load(c.arm_a), force, push)
             add_force(head, p.body_b, load(c.arm_b), scale(-1.0, force), push)
+    for i in range(head.mocap_count):
+        free.keep_mocap(head, i, shifted(state.ctypes.data, PUSH + 2 * head.nv))
     for i in range(head.free_count):
         free.turn_moment(head, free_at(head.frees, i), push)
     d, known, head.idle = data_at(head.data, 0), checksums(head), 1 if w.spares == w.contact_room else 0

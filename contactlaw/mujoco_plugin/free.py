@@ -121,7 +121,7 @@ def read_free(head, f, known):
 
 
 def read_mocap(head, i, moved):
-    """Let a mocap body move to its present pose from where it was before, which is then overwritten; moved: `MOVED`."""
+    """Let a mocap body move to its present pose from where it was before; moved: `MOVED`."""
     w, d, p, before = world_at(head.world, 0), data_at(head.data, 0), mocap_at(head.mocaps, i), moved_at(moved, i)
     b, place, turn = body_at(w.bodies, p.body), load(floats(d.xpos, 3 * p.id, 3)), load4(floats(d.xquat, 4 * p.id, 4))
     known = load4(before.quaternion) != (0.0, 0.0, 0.0, 0.0)
@@ -130,10 +130,16 @@ def read_mocap(head, i, moved):
     store(b.velocity, load(before.velocity))
     store(b.spin, load(before.spin))
     move_kinematic(w, b, place, turn, head.step_size)
-    store(before.position, place)
-    store4(before.quaternion, turn)
-    store(before.velocity, load(b.velocity))
-    store(before.spin, load(b.spin))
+
+
+def keep_mocap(head, i, moved):
+    """Keep the pose and the velocities of a mocap body for the next step; moved: `MOVED`."""
+    d, p, kept = data_at(head.data, 0), mocap_at(head.mocaps, i), moved_at(moved, i)
+    b = body_at(world_at(head.world, 0).bodies, p.body)
+    store(kept.position, load(floats(d.xpos, 3 * p.id, 3)))
+    store4(kept.quaternion, load4(floats(d.xquat, 4 * p.id, 4)))
+    store(kept.velocity, load(b.velocity))
+    store(kept.spin, load(b.spin))
 
 
 def lead_free(head, f):

@@ -27,7 +27,7 @@ from contactlaw.world.data.vec import load, store
 from contactlaw.world.island import integrate
 from contactlaw.world.near.guards import any_guard_exceeded, surface_speed
 from contactlaw.world.near.listing import list_near, list_parts_anew, may_leave_margin
-from contactlaw.world.near.passing import find_pressed
+from contactlaw.world.near.passing import deny_late, find_pressed
 from contactlaw.world.shapes.geometry import forget_place
 from contactlaw.world.sleep import is_disturbed, wake
 
@@ -111,6 +111,7 @@ def finish(w, dt):
     while now < dt:
         if w.stale != 0:
             list_near(w)
+            deny_late(w, dt - now)
         first = window.predict_all(w, now, dt)
         if w.age == AGED and first < NEVER:
             window.list_anew(w)
@@ -260,6 +261,7 @@ def check_margins(w, left):
     if any_guard_exceeded(w, w.step, 0.0):
         if left > 0.0 and w.stale == 0:
             list_parts_anew(w)
+            deny_late(w, left)
         else:
             w.stale = 1
 

@@ -189,3 +189,42 @@ def test_joints_that_turn_far_in_a_step_are_the_engine_s_own_where_nothing_is_ne
         mujoco.mj_step(model, data, 3)
         ends.append((data.qpos, data.qvel))
     np.testing.assert_array_equal(*ends)
+
+
+def row_of_balls(kinds, gap, step, integrator="Euler"):
+    """Equal elastic steel balls in a row, `gap` [m] apart: free, on a slide joint (rail) or a mocap body."""
+    held = {"free": "<freejoint/>", "rail": '<joint type="slide" axis="1 0 0"/>', "mocap": ""}
+    text = "".join(
+        f"""<body pos="{k * (2 * RADIUS + gap)} 0 0" {'mocap="true"' if kind == "mocap" else ""}>{held[kind]}
+        <geom name="ball{k}" size="{RADIUS}"/></body>""" for k, kind in enumerate(kinds))  # fmt: skip
+    text = f'<mujoco><option timestep="{step}" gravity="0 0 0" integrator="{integrator}"/><worldbody>{text}'
+    model = load_model(text + "</worldbody></mujoco>", [("*", "*", steel_pair(friction=0.0, restitution=1.0))])
+    return with_data(model)
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "RK4"])
+@pytest.mark.parametrize("kinds", [("free",) * 4 + ("rail",), ("rail",) * 3])
+@pytest.mark.parametrize(("speed", "step", "gaps"), [(20.0, 1e-2, 1.0), (30.0, 5e-3, 0.5), (30.0, 1e-2, 2.0)])
+def test_a_ball_on_a_rail_is_struck_by_what_is_thrown_from_afar_in_the_same_step(
+    integrator, kinds, speed, step, gaps
+):  # fmt: skip
+    """Before that step nothing that moves is near it: the step is taken again as something comes there."""
+    model, data = row_of_balls(kinds, gaps * RADIUS, step, integrator)
+    data.qvel[0] = speed
+    mujoco.mj_step(model, data, 8)
+    assert data.qvel[model.jnt_dofadr] == pytest.approx([0.0] * (len(kinds) - 1) + [speed], abs=1e-3 * speed)
+
+
+@pytest.mark.parametrize(
+    ("kinds", "step", "gaps"),
+    [(("mocap", "rail"), 5e-3, 0.5), (("mocap", "rail"), 1e-2, 1.0), (("mocap", "free", "rail"), 1e-2, 1.25)],
+)
+def test_a_mocap_body_that_sets_out_fast_strikes_a_ball_on_a_rail(kinds, step, gaps, recwarn):
+    """Its margin was that of a body at rest. A heavy ball at v sends elastic ones away with 2 v, and enters none."""
+    model, data = row_of_balls(kinds, gaps * RADIUS, step)
+    mujoco.mj_step(model, data)
+    for _ in range(20):
+        data.mocap_pos[0, 0] += 3.0 * step
+        mujoco.mj_step(model, data)
+    assert data.qvel[model.jnt_dofadr[-1]] == pytest.approx(6.0, abs=6e-3)
+    assert not recwarn

@@ -335,6 +335,7 @@ def move_kinematic(w, b, place, turn, h):
         store4(b.quaternion, turn)
         b.placed, w.stale = 1, 1
         velocity, spin = ZERO, ZERO
+    b.still = 0
     store(b.velocity, velocity)
     store(b.spin, spin)
     set_axes(b)

@@ -24,6 +24,7 @@ MEASURED, BOUNDED = -3.0, -2.0  # values of `NEAR.checked` besides times: gap an
 TWIST_LATER, TWIST_NOW, TWIST_ALWAYS = range(3)
 EDITED, RESIZED, AGED, FRESH = 1, 2, 1, 2  # values of `WORLD.edited`; of `WORLD.age`
 DENIED, ASKED, PASSES = 0, 1, 2  # values of `TREE.passes`
+LATE = 2  # value of `WORLD.denied`
 PLACED = 2  # value of `TREE.stale`
 COASTS = 2  # value of `NEAR.active`
 PAUSE_LIMIT = 8  # steps; a power of two
@@ -383,7 +384,7 @@ WORLD = record(
     unknowns="i8", unknown_room="i8",  # of the island that takes an implicit step; how many there is room for
     implicit="i8", solved="i8",  # counts since the start: implicit steps of islands, and factorisations for them
     kicks="i8", lists="i8",  # counts since the start: contact substeps, and lists of near pairs
-    denied="i8",  # 1: a tree that was asked does not pass by everything, see `near.passing`
+    denied="i8",  # 1: a tree that was asked does not pass, see `near.passing`; LATE: found within the step
     deepest="f8",  # greatest overlap over the contact's radius since the start
     late="i8", latest="f8",  # contacts that were found overlapping when they closed, and the greatest such overlap [m]
     twists="i8", lost="i8",  # TWIST_LATER, TWIST_NOW or TWIST_ALWAYS; contacts for which there was no room

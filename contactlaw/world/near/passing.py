@@ -23,11 +23,11 @@ from contactlaw.world.contacts.touch import release_if_put_deeper
 from contactlaw.world.data.access import body_at, guard_at, near_at, shape_at, tree_at, world_at
 from contactlaw.world.data.kinds import BOX
 from contactlaw.world.data.quaternion import store4
-from contactlaw.world.data.records import ASKED, BOUNDED, DENIED, MEASURED, NEVER, PASSES
+from contactlaw.world.data.records import ASKED, BOUNDED, DENIED, LATE, MEASURED, NEVER, PASSES
 from contactlaw.world.data.saved import restore_body, save_body
 from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, store, sub, to_body, to_world
 from contactlaw.world.near import guards
-from contactlaw.world.near.listing import list_near
+from contactlaw.world.near.listing import list_near, may_leave_margin
 from contactlaw.world.shapes.geometry import meet_near
 
 MAX_PASSING_TURN = 1.0  # [rad] by which a body may turn against another in a step for its path to count as known
@@ -47,6 +47,8 @@ def find_pressed(w):
         b = body_at(w.bodies, i)
         b.pressed = 0
         placed = placed or b.placed != 0
+        if b.inverse_mass == 0.0 and not is_static(b) and may_leave_margin(b, w.step):
+            w.stale = 1
     if w.stale != 0 or (placed and guards.any_guard_exceeded(w, -NEVER, 2.0 * w.step)):
         list_near(w)
     for k in range(w.nears):
@@ -152,6 +154,21 @@ def find_passing(world):
         b = body_at(w.bodies, i)
         if may_pass(b):
             tree_at(b.tree, 0).passes = PASSES
+
+
+def deny_late(w, left):
+    """Set `denied` to LATE if a tree that has passed may be struck by what an impact of this step has thrown.
+
+    For a list of near pairs that was made within the step, with a time left of it [s]. Twice the ways count, as for
+    the list before the step.
+    """
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+        other = b if may_pass(a) else a
+        if may_pass(a) != may_pass(b) and not (other.asleep != 0 or is_static(other)):
+            speed = guards.surface_speed(a, left) + guards.surface_speed(b, left)
+            w.denied = LATE if p.listed_gap < 2.0 * left * speed else w.denied
 
 
 def deny(w, b, i):
