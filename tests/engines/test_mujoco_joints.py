@@ -374,3 +374,15 @@ def test_tendons_and_actuators_resist_an_impact_by_their_inertia(extra):
     mujoco.mj_step(model, data, 20)
     mass = 1.0 / mobility[0, 0]
     assert data.qvel[2] == pytest.approx((0.5 - mass) / (0.5 + mass), abs=1e-4)
+
+
+def test_balls_of_a_cradle_that_are_drawn_up_together_swing_as_one_until_they_strike():
+    """They touch to the last bit but one, which differs from pair to pair; equal pendulums stay equal."""
+    balls = "".join(f'<body pos="{0.04 * k} 0 0"><joint axis="0 -1 0"/><geom size=".02" pos="0 0 -.3" mass=".26"/></body>'
+                    for k in range(5))  # fmt: skip
+    text = f'<mujoco><option timestep=".002"/><worldbody>{balls}</worldbody></mujoco>'
+    model, data = with_data(load_model(text, [("*", "*", steel_pair(friction=0.0, restitution=1.0))]))
+    data.qpos[:3] = -0.5
+    mujoco.mj_step(model, data, 130)
+    assert data.qpos[:3] == pytest.approx(data.qpos[0], abs=1e-12) and -0.15 < data.qpos[0] < -0.05
+    assert data.qvel[:3] == pytest.approx(data.qvel[0], abs=1e-12)

@@ -17,7 +17,7 @@ pass by each other.
 from math import sqrt
 
 from contactlaw.jit import jit_module
-from contactlaw.world.bodies.bounds import motion_against
+from contactlaw.world.bodies.bounds import IDLE, motion_against
 from contactlaw.world.bodies.motion import closing_at, is_static, set_axes
 from contactlaw.world.contacts.touch import release_if_put_deeper
 from contactlaw.world.data.access import body_at, guard_at, near_at, shape_at, tree_at, world_at
@@ -78,7 +78,7 @@ def find_pressed(w):
             p.gap = -overlap
             p.closing = closing_at(a, arm_a, b, arm_b, n)
             p.checked = MEASURED
-            if overlap > 0.0:
+            if overlap > IDLE * max(a.size, b.size):  # else neighbours that touch by rounding would differ
                 mark_pressed(a)
                 mark_pressed(b)
 
