@@ -378,8 +378,8 @@ def test_tendons_and_actuators_resist_an_impact_by_their_inertia(extra):
 
 def test_balls_of_a_cradle_that_are_drawn_up_together_swing_as_one_until_they_strike():
     """They touch to the last bit but one, which differs from pair to pair; equal pendulums stay equal."""
-    balls = "".join(f'<body pos="{0.04 * k} 0 0"><joint axis="0 -1 0"/><geom size=".02" pos="0 0 -.3" mass=".26"/></body>'
-                    for k in range(5))  # fmt: skip
+    ball = '<body pos="{} 0 0"><joint axis="0 -1 0"/><geom size=".02" pos="0 0 -.3" mass=".26"/></body>'
+    balls = "".join(ball.format(0.04 * k) for k in range(5))
     text = f'<mujoco><option timestep=".002"/><worldbody>{balls}</worldbody></mujoco>'
     model, data = with_data(load_model(text, [("*", "*", steel_pair(friction=0.0, restitution=1.0))]))
     data.qpos[:3] = -0.5

@@ -12,6 +12,7 @@ from contactlaw.world import World
 from contactlaw.world.data.frames import matrix_of
 from contactlaw.world.data.kinds import DISC, SIDE
 from sims.contact_point import static_overlap
+from tests.world.test_hulls import meeting_with_and_without
 from tests.world.test_shapes import meeting
 from tests.world.world_scenes import FLOOR, refuses, steel_pair
 
@@ -287,6 +288,38 @@ def test_rims_and_sides_are_met_where_they_are_deepest(other: str) -> None:
             assert np.linalg.norm(normal) == pytest.approx(1.0, abs=1e-12)
             np.testing.assert_allclose(world.position[0] + arm_a, world.position[1] + arm_b, rtol=0.0, atol=1e-15)
     assert searched > 60
+
+
+@pytest.mark.parametrize("other", ["box", "cylinder", "hull"])
+def test_a_rim_is_met_where_it_is_deepest_wherever_the_search_begins(other: str) -> None:
+    """Nearly touching, where rims run along rims and edges: a search that gave up there missed contacts by 0.1 mm."""
+    rng, searched = np.random.default_rng(7), 0
+    for _ in range(60):
+        radius, half, *sizes = rng.uniform(0.01, 0.04, 5)
+        world = World(gravity=0.0)
+        one = cylinder(world, radius, half, (0.0, 0.0, 0.0), rng.normal(size=4))
+        body = world.add_body(1.0, 1.0, quaternion=rng.normal(size=4))
+        if other == "hull":
+            two = world.add_hull(body, rng.normal(size=(12, 3)) * sizes)
+        else:
+            two = world.add_box(body, sizes) if other == "box" else world.add_cylinder(body, *sizes[:2])
+        world.add_contact(one, two, steel_pair())
+        arrays = world.arrays.bound()
+        rims = np.flatnonzero((arrays.shapes["kind"] == DISC) & (world.owners == one)).tolist()
+        way, low, high = rng.normal(size=3), 0.0, 1.0
+        for _ in range(30):
+            arrays.bodies["position"][2] = (middle := 0.5 * (low + high)) * way
+            arrays.near["place"][0], arrays.near["vertices"][0] = 0.0, 0
+            apart = all(meeting_with_and_without(arrays.world, rim, two)[0][0] < 0.0 for rim in rims)
+            low, high = (low, middle) if apart else (middle, high)
+        for rim in rims:
+            for angle in rng.uniform(0.0, 2.0 * pi, 5):
+                arrays.near["place"][0] = 0.9 * radius * cos(angle), 0.9 * radius * sin(angle), 0.0
+                arrays.near["vertices"][0] = 0
+                (overlap, *_), (same, *_) = meeting_with_and_without(arrays.world, rim, two)
+                searched += abs(overlap) < radius
+                assert same == pytest.approx(overlap, abs=1e-9)
+    assert searched > 200
 
 
 @pytest.mark.parametrize(

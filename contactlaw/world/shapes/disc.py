@@ -22,7 +22,7 @@ from contactlaw.world.shapes.core import CROWN, LEAST, change_of, excess_at, loc
 from contactlaw.world.shapes.geometry import note, recall
 
 ITERATIONS = 60  # of Newton's method at most; it takes three to six
-CUTS = 40  # times that a step is shortened at most, which converges slowly across edges of a hull
+CUTS = 40  # times that the length of a step is changed at most
 CONVERGED = 1e-14  # of the radius, a step at which the iteration ends
 ROOT_ITERATIONS = 50  # iterations for the place along the axis at most
 ROOT_CONVERGED = 1e-12  # of half the length, a step at which they end
@@ -77,8 +77,8 @@ def nearest_in_disc(m, e1, e2, radius, crown, shapes, y, last):
     """Return the point y of a disc round m, along e1 and e2, with the least distance + crown y^2/2 from a core.
 
     y, last: where to begin, and `excess_at` nearby; also returns that at the point. Newton's method within the circle.
-    The function is convex and piecewise smooth, so a step that goes too far is shortened to where the slope along it
-    would vanish.
+    The function is convex and piecewise smooth, so a step that goes too far is shortened to about where the slope along
+    it vanishes: between two rims a much shorter one would be followed by hundreds like it.
     """
     core = shapes[2]
     last, g, k = slope_at(m, e1, e2, crown, y, shapes, last)
@@ -93,14 +93,18 @@ def nearest_in_disc(m, e1, e2, radius, crown, shapes, y, last):
         start = g[0] * step[0] + g[1] * step[1]
         if not start < 0.0 or step[0] * step[0] + step[1] * step[1] <= (CONVERGED * radius) ** 2:
             break
-        share = 1.0
+        share, low, high, below, above = 1.0, 0.0, 1.0, start, 0.0
         for _ in range(CUTS):
             new = y[0] + share * step[0], y[1] + share * step[1]
             last, g, k = slope_at(m, e1, e2, crown, new, shapes, last)
             end = g[0] * step[0] + g[1] * step[1]
-            if not end > -0.1 * start:
+            if end > -0.1 * start:
+                high, above = share, end
+            elif share < 1.0 and end < 0.5 * start:
+                low, below = share, end
+            else:
                 break
-            share *= start / (start - end)
+            share = low + (high - low) * min(max(below / (below - above), 0.1), 0.9)
         y = new
     return y, last
 

@@ -20,7 +20,7 @@ BLUNT = 0.1  # relative cutoff of singular values of the normals at a vertex in 
 CLEARLY = 1e-9  # of the size: margin by which one vertex is further than another, for rounding
 
 
-def convex_hull(points: Array, fine: float = FINE, most: int = MOST) -> tuple[Array, Array]:
+def convex_hull(points: Array, fine: float = FINE, most: int = MOST, flat: float = FLAT) -> tuple[Array, Array]:
     """Return the vertices (n, 3) of the hull of points (m, 3), and its triangles (k, 3), right-handed from outside.
 
     The next vertex is the point furthest outside the present hull (Barber, Dobkin & Huhdanpaa 1996), until none is
@@ -49,7 +49,7 @@ def convex_hull(points: Array, fine: float = FINE, most: int = MOST) -> tuple[Ar
         if outside[top] <= fine * size:
             break
         new, above = int(rest[top]), heights[top]
-        seen = _around(faces, above > -FLAT * size, int(above.argmax()))
+        seen = _around(faces, above > -flat * size, int(above.argmax()))
         edges = {(f[i], f[i - 2]) for f in faces[seen].tolist() for i in range(3)}
         rim = np.array([[i, j, new] for i, j in sorted(edges) if (j, i) not in edges])
         out = outside > 0.0  # points inside stay inside
@@ -98,7 +98,7 @@ def core_of(points: Array, radius: float | None = None) -> tuple[Array, list[tup
     meet = (faces[None] == np.arange(len(vertices))[:, None, None]).any(2)
     core = vertices + [np.linalg.lstsq(normals[own], np.full(own.sum(), -r), rcond=BLUNT)[0] for own in meet]
     if (core @ normals.T - heights + r > FINE * size).any():
-        core, faces = convex_hull(_corners(normals, heights - r, FLAT * size), 0.1 * FINE)
+        core, faces = convex_hull(_corners(normals, heights - r, FLAT * size), 0.1 * FINE, flat=CLEARLY)
         normals = _normals(core, faces)
     sides = {(f[i - 1], f[i]): n for f, n in zip(faces.tolist(), normals, strict=True) for i in range(3)}
     edges = [(i, j) for (i, j), n in sides.items() if i < j and n @ sides[j, i] < SHARP]
