@@ -73,6 +73,7 @@ PUSH = len(STATE.names or ())  # where the force of the contacts begins in the s
 
 FREE = record(
     body="i8", id="i8",  # row in the world; number in the model
+    parts="i8",  # how many bodies of the model it is, with those without mass that are fixed to it, which come next
     q="i8", v="i8",  # where its coordinates and velocities begin
     offset=VECTOR, frame=("f8", (4,)),  # centre of mass and principal axes in the body's frame
     pressed="i8",  # a contact was closed at the start of the step

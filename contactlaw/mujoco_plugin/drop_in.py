@@ -50,8 +50,8 @@ def load_model(
         assets: Included files and assets by name, for a model given as text.
         settings: Those of `add_contact`, for all contacts: others, substeps, crowd_substeps, rounding. Also
             skip: Geoms, or pairs (geoms1, geoms2), that keep the engine's own contact whatever "*" says.
-            friction, restitution: For a table: a number, or a function of two materials. The default friction is that
-                of the geoms, by the engine's rule; the default restitution is 1.
+            friction, restitution: For a table: a number or curve, or a function of two materials. The default friction
+                is that of the geoms, by the engine's rule; the default restitution is 1.
             overlaps: "relax": geoms that overlap deeply, initially or later, count as just touching there; those of the
                 initial position are named in a warning, and the two bodies of a weld or connect constraint among them
                 do not touch. "raise": an error instead. "keep": they are pressed together, without a warning; such

@@ -164,8 +164,12 @@ def outer_force(head, f, own, arm):
         push = axpy(sign, load(floats(forces, f.v, 3)), push)
         moment = axpy(sign, load(floats(forces, f.v + 3, 3)), moment)
     moment = sub(turn_by(own, moment), cross(arm, push))
-    extra = shifted(d.xfrc_applied, 6 * f.id)
-    return add(push, load(floats(extra, 0, 3))), add(moment, load(floats(extra, 3, 3)))
+    for body in range(f.id, f.id + f.parts):
+        extra, centre = shifted(d.xfrc_applied, 6 * body), load(floats(d.xipos, 3 * body, 3))
+        force, arm = load(floats(extra, 0, 3)), sub(centre, load(floats(d.xipos, 3 * f.id, 3)))
+        push = add(push, force)
+        moment = add(moment, add(load(floats(extra, 3, 3)), cross(arm, force)))
+    return push, moment
 
 
 def origin_acceleration(b, arm):

@@ -162,14 +162,15 @@ class Model:
         """Add bodies to the world: first free bodies, then kinematic trees, then mocap bodies and the world's own."""
         m, root = self._m, self._roots
         carriers = sorted({body for body, _ in self._carriers.values()})
-        free, alike = self._free, ~m.body_ipos.any(1) & (m.body_iquat == UNTURNED).all(1)
+        free, parts = self._free, np.bincount(m.body_treeid + 1)[m.body_treeid + 1]
+        alike = ~m.body_ipos.any(1) & (m.body_iquat == UNTURNED).all(1)
         for body in (body for body in carriers if free[body]):
             pose = IDENTITY if alike[body] else Pose(m.body_ipos[body].copy(), m.body_iquat[body].copy())
             row = self._world.add_body(float(m.body_mass[body]), m.body_inertia[body])
             self._rows[body], self._frames[body] = row, pose.inverse()
             self._frees.append({
-                "body": row + 1, "id": body, "q": m.jnt_qposadr[m.body_jntadr[body]], "v": m.body_dofadr[body],
-                "offset": pose.place, "frame": pose.turn,
+                "body": row + 1, "id": body, "parts": parts[body], "q": m.jnt_qposadr[m.body_jntadr[body]],
+                "v": m.body_dofadr[body], "offset": pose.place, "frame": pose.turn,
             })  # fmt: skip
         firsts = dict.fromkeys(int(root[body]) for body in carriers if m.body_dofnum[body] and not free[body])
         for first in dict.fromkeys(self._systems[first][0] for first in firsts):

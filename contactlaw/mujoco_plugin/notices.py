@@ -52,9 +52,9 @@ _REPORTED: dict[int, dict[tuple[int, int], NDArray[np.int64]]] = {}  # by addres
 
 OF_BODIES = ("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia")
 BITS = "geom_contype", "geom_conaffinity"
-OF_GEOMS = ("geom_type", *BITS, "geom_size", "geom_pos", "geom_quat", "geom_friction")
+OF_GEOMS = ("geom_type", *BITS, "geom_size", "geom_pos", "geom_quat", "geom_friction", "geom_condim", "geom_priority")
 OF_FIELDS = ("hfield_size", "hfield_data")
-OF_ALL = ("jnt_pos", "jnt_axis", "dof_armature", "dof_damping", "tendon_armature", OF_FIELDS[0])
+OF_ALL = ("jnt_pos", "jnt_axis", "dof_armature", "dof_damping", "qpos0", "tendon_armature", OF_FIELDS[0])
 if "actuator_armature" in (layout.structure("mjModel").names or ()):  # from 3.7
     OF_ALL = (*OF_ALL, "actuator_armature")
 MAX_GAP = 32  # doubles between two ranges that are compared as one: quicker than to begin another range

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw import checks
+from contactlaw.losses import OverSpeed
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import HEAD
 from contactlaw.mujoco_plugin.geoms import offer
@@ -198,12 +199,16 @@ def set_friction(model: mujoco.MjModel, data: mujoco.MjData, name: str, friction
         friction: Coefficient, >= 0.
 
     Raises:
-        ValueError: A value outside what is allowed, or no such instance.
+        ValueError: A value outside what is allowed, no such instance, or one whose friction depends on speed.
     """
     mu = checks.not_negative("friction", friction)
     world = view_of(model, data, name)
+    pair = ContactInstance(layout.view_of(model), world.instances[world.numbers[0]]).contact.pair
+    if isinstance(pair.friction, OverSpeed):
+        raise ValueError(f"name = {name!r}: its friction is a curve over speed; must be of a pair with a number")
     world.pairs["friction"][world.numbers] = mu
-    world.contacts["touch"]["friction"][world.contacts["pair"] == world.numbers[0]] = mu
+    for own in ("friction", "mu"):  # the first is what spin leaves of the second
+        world.contacts["touch"][own][world.contacts["pair"] == world.numbers[0]] = mu
     world.bodies["held"] = np.nan  # sleeping bodies check again whether they may sleep
 
 

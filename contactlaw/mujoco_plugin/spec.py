@@ -22,6 +22,7 @@ from typing import Any
 import mujoco
 
 from contactlaw import checks
+from contactlaw.losses import OverSpeed
 from contactlaw.material import Material, material_of
 from contactlaw.mujoco_plugin import config
 from contactlaw.mujoco_plugin.config import Contact
@@ -45,7 +46,7 @@ Contacts = (
     Sequence[tuple[Geoms, Geoms, ContactPair] | tuple[Geoms, Geoms, ContactPair, Mapping[str, Any]]]
     | Mapping[str, Material | str]
 )
-Value = float | Callable[[Material, Material], float]
+Value = float | OverSpeed | Callable[[Material, Material], float | OverSpeed]
 EVERY = "*"
 MAX_EXPLICIT_PAIRS = 256  # sets with more pairs are separated by contype and conaffinity first
 MAX_KINDS = 30  # bits of contype, which is a C int, without those of its sign and of `NO_CONTYPE`
@@ -235,8 +236,8 @@ def _of_materials(
         owner |= dict.fromkeys(_geoms(spec, what, f"contacts[{what!r}]"), own)
     alike = groups(owner, owner.__getitem__)
     for one, two in combinations_with_replacement(alike, 2):
-        mu = friction(one, two) if callable(friction) else 0.0 if friction is None else friction
-        e = restitution(one, two) if callable(restitution) else restitution
+        given = 0.0 if friction is None else friction, restitution
+        mu, e = (x(one, two) if callable(x) and not isinstance(x, OverSpeed) else x for x in given)
         own = {"as_native": True, "geom_friction": friction is None}
         yield alike[one], alike[two], ContactPair(one, two, mu, e), own
 

@@ -7,6 +7,7 @@ import pytest
 from mujoco_scenes import BALL, SLED, WHOLE, mujoco, state_of, steel_pair, with_data
 
 from contactlaw import MATERIALS, ContactPair, ContactWarning
+from contactlaw.losses import FallingFriction, Viscoelastic
 from contactlaw.mujoco_plugin import (
     contacts_of,
     instances_of,
@@ -55,6 +56,56 @@ def test_friction_is_kept_through_resets_and_wakes_what_sleeps_on_a_slope():
         set_friction(model, data, "contactlaw:foot0..foot3(4):floor", -1.0)
     with pytest.raises(ValueError, match=r"name = 'x': must be the name of a plugin instance"):
         set_friction(model, data, "x", 0.1)
+
+
+@pytest.mark.parametrize("old", [0.0, 0.5])
+def test_friction_changes_while_a_ball_spins(old):
+    """Its spin falls by the moment of full slip, 3 pi/16 mu P a, with the friction that has been set."""
+    model, data = with_data(load_model(BALL, [("ball", "floor", ContactPair(RUBBER, RUBBER, old, 0.5))]))
+    mujoco.mj_step(model, data, 500)
+    data.qvel[5] = 100.0
+    mujoco.mj_step(model, data, 50)
+    set_friction(model, data, NAME, 0.1)
+    spins = []
+    for _ in range(2):
+        mujoco.mj_step(model, data, 50)
+        spins.append(data.qvel[5])
+    [contact] = contacts_of(model, data, NAME)
+    moment = 3.0 * np.pi / 16.0 * 0.1 * contact.normal_force * contact.contact_radius
+    assert (spins[0] - spins[1]) / 0.1 == pytest.approx(moment / model.body_inertia[1, 2], rel=1e-3)
+
+
+def test_friction_over_speed_is_not_set():
+    curve = FallingFriction(0.5, 0.2, 0.3)
+    model, data = with_data(load_model(BALL, {"*": RUBBER}, friction=curve, restitution=Viscoelastic(0.5)))
+    with pytest.raises(ValueError, match="its friction is a curve over speed"):
+        set_friction(model, data, instances_of(model)[0], 0.1)
+
+
+def test_friction_ends_by_condim():
+    model, data = with_data(load_model(BALL, {"*": RUBBER}, restitution=0.5))
+    mujoco.mj_step(model, data, 300)
+    data.qvel[0], model.geom_condim[:] = 1.0, 1
+    mujoco.mj_step(model, data, 20)
+    assert data.qvel[[0, 4]] == pytest.approx([1.0, 0.0], abs=1e-9)
+
+
+def test_a_slide_whose_zero_is_moved():
+    """The engine counts coordinates from qpos0, and so the ball meets the wall, at 1 m, elsewhere in them."""
+    model, data = with_data(
+        load_model(
+            """<mujoco><option gravity="0 0 0"/><worldbody><geom name="wall" type="plane" size="1 1 1" zaxis="-1 0 0"
+            pos="1 0 0"/><body><joint type="slide" axis="1 0 0"/><geom name="ball" size=".1"/></body></worldbody>
+            </mujoco>""",
+            [("ball", "wall", steel_pair(restitution=1.0))],
+        )
+    )
+    data.qvel[0] = 1.0
+    mujoco.mj_step(model, data, 20)
+    model.qpos0[0] = -0.3
+    mujoco.mj_step(model, data, 350)
+    assert data.qvel[0] == pytest.approx(-1.0, abs=1e-6)
+    assert data.qpos[0] == pytest.approx(2.0 * 0.6 - 0.74, abs=1e-3)
 
 
 def lighter(model):

@@ -198,3 +198,19 @@ def test_a_tree_that_spins_and_flies_rebounds_straight(joints: str, carried: str
     data.qvel[:5] = 0.0, 0.0, -0.2, 0.0, 60.0
     mujoco.mj_step(model, data, round(0.02 / timestep))
     assert data.qvel[:3] == pytest.approx([0.0, 0.0, 0.1], abs=1e-4)
+
+
+def test_a_force_on_a_part_without_mass_moves_the_whole():
+    """A frame on a frictionless box: the box has the force, and its moment, which turns it about the vertical."""
+    model = load_model(
+        """<mujoco><option timestep=".002"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+        <body pos="0 0 .1"><freejoint/><geom name="box" type="box" size=".2 .2 .1" mass="1"/>
+        <body name="frame" pos=".1 0 0"/></body></worldbody></mujoco>""",
+        [("box", "floor", ContactPair("rubber", "rubber", friction=0.0, restitution=0.5))],
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 300)
+    data.xfrc_applied[2, 1] = 3.0
+    mujoco.mj_step(model, data, 10)
+    assert data.qvel[1] == pytest.approx(3.0 * 0.02, rel=1e-3)
+    assert data.qvel[5] == pytest.approx(0.1 * 3.0 / model.body_inertia[1, 2] * 0.02, rel=1e-3)
