@@ -50,7 +50,7 @@ def move_world(head, w, state, again):
     STRUCK, if the step must be taken again, as something has been thrown at a tree that had passed by everything.
     """
     m, w.step, w.age, w.brief = model_at(head.model, 0), head.step_size, 0, 0
-    head.lag = 0.0 if m.opt.integrator == layout.RUNGE_KUTTA else 0.5 * m.opt.timestep
+    head.lag = 0.5 * m.opt.timestep if head.start == last_state(head) else 0.0  # by Runge-Kutta there is no lag
     store(head.gravity, (0.0, 0.0, 0.0) if m.opt.disableflags & layout.NO_GRAVITY else load(m.opt.gravity))
     known, start = head.mocap_count == 0 and w.stale != 0, head.start
     known = known and checksums(head).left == end_checksum(head, shifted(start, 1), shifted(start, 1 + head.nq))

@@ -4,6 +4,7 @@ A tree holds one body of PyBullet with joints, or all those that constraints of 
 a step does with it is in `tree_hooks`.
 """
 
+import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from math import isfinite
 from typing import Any, NamedTuple
@@ -11,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pybullet as p
 
+from contactlaw.pair import ContactWarning
 from contactlaw.pybullet_callback.constraints import Tie, ties_of
 from contactlaw.pybullet_callback.shapes import BASE, KINDS, Key, joints_of, pose_of, turned
 from contactlaw.pybullet_callback.tree_hooks import (
@@ -32,6 +34,11 @@ from contactlaw.world.trees.motion import LARGEST_TURN, MOST
 MOST_TURN = LARGEST_TURN * MOST  # [rad] or [m] in a step that the flight of a tree of the world can follow
 LEAST_INERTIA = 1e-12  # [m^2], of moments of inertia over mass
 UP = (0.0, 0.0, 1.0)
+TOWED = 3  # steps in a row in which the user has moved a fixed base
+TOWED_TEXT = (
+    "body {} has joints and a fixed base that is moved in each step: contacts do not know its velocity, and throw what "
+    "it strikes; give it a free base, and hold that by createConstraint"
+)
 
 
 class Member(NamedTuple):
@@ -88,7 +95,7 @@ class Tree:
         self._block = self._own.ctypes.data
         own["left"], own["limit"] = np.nan, np.inf
         self.start, self.push = (own["start_q"], own["start_v"]), own["push"]  # state at the start of the step
-        self.placed = False
+        self.placed, self._towed, self._stands = False, 0, ()
         self._tie_rows = np.zeros(len(self.ties), TIE)
         self._own["ties"], self._own["tie_count"] = self._tie_rows.ctypes.data, len(self.ties)
         for row, one in zip(self._tie_rows, self.ties, strict=True):
@@ -229,8 +236,12 @@ class Tree:
         self.placed = take_start(self._block)
         self._tree["gravity"] = gravity
         if not self._members[0].free and len(self._members) == 1:
-            self._tree["base"], (x, y, z, w) = p.getBasePositionAndOrientation(self.bodies[0], self._client)
+            stands = p.getBasePositionAndOrientation(self.bodies[0], self._client)
+            self._towed = self._towed + 1 if stands != self._stands else 0
+            self._tree["base"], (x, y, z, w) = self._stands = stands
             self._tree["base_turn"] = w, x, y, z
+            if self._towed == TOWED:
+                warnings.warn(TOWED_TEXT.format(self.bodies[0]), ContactWarning, stacklevel=6)
         self.set_tree(dt)
         return self.placed
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mujoco_scenes import mujoco
-from pybullet_scenes import p
+from pybullet_scenes import p, paddle, plane
 
 from contactlaw import ContactPair
 from contactlaw.mujoco_plugin import load_model
@@ -115,3 +115,20 @@ def test_what_hangs_by_joints_on_a_body_that_is_led_is_told_of(recwarn):
         data.mocap_pos[0, 2] -= 1e-3
         mujoco.mj_step(model, data)
     assert len([one for one in recwarn if "body 1 carries others by joints" in str(one.message)]) == 1
+
+
+def test_a_fixed_base_with_joints_that_is_led_is_told_of(client, recwarn):
+    """Where it is moved in each step; not where it is put elsewhere once."""
+    arm, floor = paddle(client), plane(client)
+    p.resetBasePositionAndOrientation(floor, [0, 0, -5], [0, 0, 0, 1], client)
+    callback = ContactCallback(client)
+    callback.add_contact([(arm, 0)], [floor], ELASTIC)
+    for number in (0, 1, 1, 2, 2, 2):
+        p.resetBasePositionAndOrientation(arm, [0, 0, number], [0, 0, 0, 1], client)
+        callback.step()
+    assert not recwarn.list
+    for number in range(9):
+        p.resetBasePositionAndOrientation(arm, [0, 0, 1e-3 * number], [0, 0, 0, 1], client)
+        callback.step()
+    [told] = recwarn.list
+    assert f"body {arm} has joints and a fixed base" in str(told.message) and told.filename == __file__
