@@ -56,6 +56,8 @@ def calibrate(
     given = None if restitution is None else checks.restitution("restitution", restitution)
     if restitution_law is not None:
         checks.one_of("restitution_law", restitution_law, ["constant", "viscoelastic", "plastic"])
+        if given is not None and restitution_law != "constant":
+            raise ValueError(f"restitution_law = {restitution_law!r}: needs V_z2, and the restitution is given")
     kappa = None if stiffness_ratio is None else checks.number(
         "stiffness_ratio", stiffness_ratio, "in [0.2, 3]", low=0.2, high=3.0
     )  # fmt: skip

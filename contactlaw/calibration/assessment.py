@@ -108,7 +108,7 @@ def over_speed(speed: Array, ratio: Array, error: Array, known: bool, asked: str
     error: standard deviations; if not known, all equal, since speeds have relative errors. asked: name of the law that
     is wanted.
     """
-    if asked == CONSTANT or speed.size < LEAST or np.ptp(np.log(speed)) < SPREAD:
+    if asked == CONSTANT or (asked is None and (speed.size < LEAST or np.ptp(np.log(speed)) < SPREAD)):
         return None
     middle = float(np.exp(np.mean(np.log(speed))))
     rivals: dict[str, tuple[Callable[[float], Any], float, float]] = {  # laws of one parameter, and its range

@@ -61,6 +61,17 @@ def test_ranges_of_a_restitution_over_speed_hold_the_truth():
     assert missed <= 8
 
 
+@pytest.mark.parametrize("law", [Viscoelastic(0.8, 1.0), Plastic(0.2)])
+@pytest.mark.parametrize("speeds", [(2.0,), (2.0, 2.0), (1.0, 2.0, 3.0)])
+def test_the_law_that_is_asked_for_needs_no_range_of_speeds(law, speeds):
+    speed = np.array(speeds)
+    before, after = (speed, 3.0 * speed), (law(speed) * speed, 2.0 * speed)
+    found = calibrate(before, after, DISK, restitution_law=law.name).restitution_law
+    assert found.law(0.5) == pytest.approx(law(0.5), rel=1e-6)
+    with pytest.raises(ValueError, match=f"restitution_law = '{law.name}': needs V_z2"):
+        calibrate(before, (None, after[1]), DISK, restitution=0.8, restitution_law=law.name)
+
+
 def test_a_constant_restitution_speaks_for_no_law():
     chosen = 0
     for seed in range(20):
