@@ -204,7 +204,8 @@ class ContactCallback:
         if not self._contacts:
             STEP_BULLET(self._client)
             return
-        if (count := p.getNumBodies(self._client)) != self._body_count or self._tags.first() != self._tags.text:
+        if (count := p.getNumBodies(self._client)) != self._body_count or next(self._tags.entries)() != self._tags.text:
+            self._body_count = -1
             self._tags.check()
             self._body_count = count
         scene = self._made or self._scene

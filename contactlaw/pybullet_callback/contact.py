@@ -7,7 +7,7 @@ and masks of zero, which cost one call a body. Bodies have tags, as PyBullet giv
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import count
+from itertools import count, cycle
 from typing import Any
 
 import numpy as np
@@ -152,8 +152,8 @@ class Tags:
     Attributes:
         bodies: Id of the entry by body.
         text: Content of the entries.
-        first: Reads the entry of the first body, after `check`: another content after resetSimulation; cheap enough for
-            each step.
+        entries: Calls, after `check`, that read the entry of one body after the other, for ever: another content after
+            resetSimulation, or of a body in the place of a removed one. One of them is cheap enough for each step.
     """
 
     def __init__(self, client: int) -> None:
@@ -186,10 +186,10 @@ class Tags:
         return p.getUserDataId(body, RULES, physicsClientId=self._client) >= 0
 
     def check(self) -> None:
-        """Check that all bodies are there, and set `first`; ValueError if one is not."""
+        """Check that all bodies are there, and set `entries`; ValueError if one is not."""
         for body in (body for body in sorted(self.bodies) if not self.is_there(body)):
             raise ValueError(
                 f"body {body}: removed, or no longer the one that a contact was added for (resetSimulation removes "
                 "all); call remove_contact before removing a body, or remove_all, and add what there is"
             )
-        self.first = partial(p.getUserData, next(iter(self.bodies.values()), -1), self._client)
+        self.entries = cycle([partial(p.getUserData, entry, self._client) for entry in self.bodies.values()])

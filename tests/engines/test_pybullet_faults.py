@@ -49,6 +49,20 @@ def test_reset_simulation_is_noticed_though_all_bodies_are_where_they_were(clien
         step(callback)
 
 
+@pytest.mark.parametrize("which", [0, 1])
+def test_another_body_in_the_place_of_a_removed_one_is_noticed(client: int, which: int) -> None:
+    """Though it gets the same id, so that there are as many bodies as before, and nothing has moved."""
+    body, callback, _ = resting(client)
+    place = p.getBasePositionAndOrientation(body, client)[0]
+    old = (0, body)[which]
+    p.removeBody(old, client)
+    assert (ball(client, list(place), radius=3 * RADIUS) if which else plane(client)) == old
+    with pytest.raises(ValueError, match=f"body {old}: removed"):
+        step(callback, 2)
+    with pytest.raises(ValueError, match=f"body {old}: removed"):
+        step(callback)
+
+
 @pytest.mark.parametrize("depth", [0.04, 0.2, 2.0])
 @pytest.mark.parametrize("rests", [True, False], ids=["at rest", "in flight"])
 def test_a_ball_that_is_put_into_the_floor_is_not_thrown(client: int, rests: bool, depth: float) -> None:
