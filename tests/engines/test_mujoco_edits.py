@@ -161,6 +161,17 @@ def test_what_cannot_be_served_is_refused_with_a_word():
     assert before - data.qvel[0] == pytest.approx(0.2 * 0.3 * 9.81, rel=0.01)
 
 
+def test_a_body_on_joints_that_sleeps_notices_another_direction_of_gravity():
+    """It slides down a slope of 30 degrees: a = g (sin 30 - mu cos 30)."""
+    scene = """<mujoco><worldbody><geom name="floor" type="plane" size="5 5 1"/><body pos="0 0 .05"><joint type="slide"
+    axis="1 0 0"/><joint type="slide"/><geom name="box" type="box" size=".05 .05 .05"/></body></worldbody></mujoco>"""
+    model, data = with_data(load_model(scene, [("box", "floor", steel_pair(friction=0.3))]))
+    mujoco.mj_step(model, data, 500)
+    model.opt.gravity[:] = 9.81 * np.array([0.5, 0.0, -np.sqrt(0.75)])
+    mujoco.mj_step(model, data, 150)
+    assert data.qvel[0] == pytest.approx(0.3 * 9.81 * (0.5 - 0.3 * np.sqrt(0.75)), rel=0.01)
+
+
 def heavier(model):
     model.body_subtreemass[1:] *= 3.0
     model.body_mass[:] *= 3.0

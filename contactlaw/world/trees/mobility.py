@@ -168,7 +168,7 @@ def stop(b):
 
 
 def is_disturbed(t):
-    """Return whether coordinates, velocities or forces of a sleeping tree have changed since it fell asleep.
+    """Return whether coordinates, velocities, forces or gravity of a sleeping tree have changed since it fell asleep.
 
     Forces may differ by rounding: an engine's solver does not reproduce them to the bit.
     """
@@ -182,12 +182,13 @@ def is_disturbed(t):
 
 
 def sleep_signature(t):
-    """Return a checksum of the coordinates of a tree, and two differently weighted sums of the forces on them."""
+    """Return a checksum of a tree's coordinates and gravity, and two differently weighted sums of the other forces."""
     f, one, two = vector(t.f, t.v_size), 0.0, 0.0
+    rest = mix(t.q, 0, t.q_size, 0) + mix(t.gravity.ctypes.data, 0, 3, t.q_size)
     for k in range(t.v_size):
         one += (0.5 + GOLDEN * (k + 1.0) % 1.0) * f[k]
         two += (0.5 + SILVER * (k + 1.0) % 1.0) * f[k]
-    return as_float(mix(t.q, 0, t.q_size, 0)), one, two
+    return as_float(rest), one, two
 
 
 def spread_delta_v(b):
