@@ -18,10 +18,11 @@ class Tie(NamedTuple):
     places: tuple[Any, Any]
     ratio: float
 
-    def is_slack(self, client: int) -> bool:
-        """Return whether it gave its greatest force in the last step."""
-        most = (1.0 - EXACT) * p.getConstraintInfo(self.number, client)[10]
-        return any(abs(force) >= most for force in p.getConstraintState(self.number, client))
+    def force_left(self, client: int) -> float:
+        """Return its greatest force [N] less that of the last step; 0 if it gave all."""
+        most = p.getConstraintInfo(self.number, client)[10]
+        left = most - max(map(abs, p.getConstraintState(self.number, client)))
+        return left if left > EXACT * most else 0.0
 
 
 def numbers_of(client: int) -> list[int]:

@@ -17,7 +17,8 @@ moves is at most such that its momentum is what the motor can give in a step wit
 else a finger would press what it meets with many times the force of its motor.
 
 A constraint of `createConstraint` likewise: what would part the bodies that it joins, J v, meets an inertia w J^T J
-that is heavy against theirs, unless the constraint gave its greatest force in the last step.
+that is heavy against theirs, unless the constraint gives its greatest force in Bullet's step. It is such that this step
+changes its momentum by no more than the force that is left gives: else it would press with many times that force.
 """
 
 from math import inf
@@ -43,9 +44,9 @@ HELD = 1e3  # armature of a joint that a motor holds, over the inertia that it c
 TIED = 1e4  # inertia of a constraint over that of what it joins: from 1e5 on a Minitaur that stands jitters at 1/240 s
 
 # lengths are numbers of coordinates (q), of velocities (v) and of constraints (t)
-KEPT = {"left": "q", "force": "v", "push": "v", "last_torque": "v", "limit": "v", "strongest": "v", "slack": "t"}
-"""What lasts from a step to the next: coordinates as the last step left them; of motors (bases have zeros); 1 for each
-constraint that gave its greatest force in the last step of Bullet, else 0."""
+KEPT = {"left": "q", "force": "v", "push": "v", "last_torque": "v", "limit": "v", "strongest": "v", "left_over": "t"}
+"""What lasts from a step to the next: coordinates as the last step left them; of motors (bases have zeros); the force
+[N] that each constraint can give besides that in the last step of Bullet."""
 NUMBERS = KEPT | {
     "start_q": "q", "start_v": "v", "after_q": "q", "after_v": "v", "torque": "v",  # as read before and after the step
     "free_acceleration": "v", "matrix": "vv",  # by the forces known at the start of the step; mass matrix there
@@ -115,25 +116,26 @@ def set_at_start(block, dt):
         clear(vector(t.e, t.v_size * t.v_size))
         t.coupled = 0
         set_start(own, t, dt)
-        tie(own, t)
+        tie(own, t, dt)
     set_start(own, t, dt)
     clear(vector(own.matrix, t.v_size * t.v_size))
     t.weights, t.stride = own.matrix, t.v_size
     call_with_body(t.write_masses, body_at(t.bodies, 0))
 
 
-def tie(own, t):
+def tie(own, t, dt):
     """Let the constraints of a tree resist what would part the bodies that they join; its factor is that without."""
     for i in range(own.tie_count):
         one = tie_at(own.ties, i)
-        if vector(own.slack, own.tie_count)[i] != 0.0:
+        most = vector(own.left_over, own.tie_count)[i] * dt
+        if most == 0.0:
             continue
         if one.ratio != 0.0:
             x = vector(t.x, t.v_size)
             clear(x)
             x[one.geared[0]] += 1.0
             x[one.geared[1]] += one.ratio
-            resist(t)
+            resist(own, t, most)
         axis = load(one.axis)
         if one.bodies[0] >= 0:
             axis = to_world(body_at(t.bodies, one.bodies[0]).axes, axis)
@@ -141,10 +143,10 @@ def tie(own, t):
             d = (1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
             if one.points != 0:
                 separate(t, one, axpy(-dot(axis, d), axis, d), ZERO)
-                resist(t)
+                resist(own, t, most)
             if one.turns != 0:
                 separate(t, one, ZERO, d)
-                resist(t)
+                resist(own, t, most)
 
 
 def separate(t, one, way, turn):
@@ -160,15 +162,21 @@ def separate(t, one, way, turn):
         sign = -1.0
 
 
-def resist(t):
-    """Add the inertia w x x^T to that of a tree, w being TIED times the inertia that meets an impulse along x."""
+def resist(own, t, most):
+    """Add the inertia w x x^T to that of a tree, w being TIED times the inertia that meets an impulse along x.
+
+    most: [N s] by which Bullet's step may have changed its momentum along x.
+    """
     n = t.v_size
-    y, answer = vector(t.room, n), 0.0
-    copy(vector(t.x, n), y)
+    x, y, answer, change = vector(t.x, n), vector(t.room, n), 0.0, 0.0
+    for k in range(n):
+        change += x[k] * (vector(own.after_v, n)[k] - vector(own.start_v, n)[k])
+    copy(x, y)
     dynamics.solve_lt(t, y, n - 1, True)
     for k in range(n):
         answer += axis_at(t.axes, k).inverse * y[k] * y[k]
-    dynamics.add_square(t, t.e, TIED / answer if answer > 0.0 else 0.0)
+    inertia = TIED / answer if answer > 0.0 else 0.0
+    dynamics.add_square(t, t.e, most / abs(change) if most < inertia * abs(change) else inertia)
 
 
 def set_start(own, t, dt):
@@ -205,6 +213,8 @@ def take_response(block, dt):
     """From velocities after Bullet's step: find forces on joints, and which a motor held; then as `set_at_start`."""
     own = own_at(block, 0)
     t = tree_at(own.tree, 0)
+    if own.tie_count > 0:
+        set_at_start(block, dt)
     m, force, push = vector(own.matrix, (t.v_size, t.v_size)), vector(own.force, t.v_size), vector(own.push, t.v_size)
     before, after = vector(own.start_v, t.v_size), vector(own.after_v, t.v_size)
     gained = vector(own.gained, t.v_size)

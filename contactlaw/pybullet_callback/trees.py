@@ -257,7 +257,7 @@ class Tree:
                 f"body {self.bodies[0]}: PyBullet's step has brought it to {turn:.3g} rad or m a step: shorten the "
                 "step; or its joints have more damping than Bullet is stable with (changeDynamics: jointDamping)"
             )
-        self.numbers["slack"][:] = [one.is_slack(self._client) for one in self.ties]
+        self.numbers["left_over"][:] = [one.force_left(self._client) for one in self.ties]
         take_response(self._block, dt)
 
     def write_back(self, dt: float) -> None:

@@ -165,3 +165,22 @@ def test_what_a_constraint_grasps_and_lets_go_under_way(client: int) -> None:
     assert np.mean(forces[1100:1200]) == pytest.approx(2.02 * G, rel=1e-3)
     assert np.mean(forces[1400:]) == pytest.approx(0.02 * G, rel=1e-3)
     assert np.ptp(heights[900:]) < 1e-4
+
+
+def test_a_constraint_presses_with_no_more_than_its_greatest_force(client: int) -> None:
+    """A box that is lowered to 0.1 mm below the surface of the floor, and then dragged over it."""
+    floor = plane(client)
+    box = p.createMultiBody(
+        1.0, shape(client, p.GEOM_BOX, halfExtents=[0.05] * 3), -1, [0, 0, 0.06], physicsClientId=client
+    )
+    callback, most, forces = in_law(client, box, floor), 100.0, []
+    held = p.createConstraint(
+        box, -1, -1, -1, p.JOINT_POINT2POINT, [0] * 3, [0] * 3, [0, 0, 0.06], physicsClientId=client
+    )
+    for number in range(800):
+        place = [1e-4 * max(number - 500, 0), 0, max(0.06 - 5e-5 * number, 0.0499)]
+        p.changeConstraint(held, place, maxForce=most, physicsClientId=client)
+        callback.step()
+        forces.append(sum(state.force[2] for state in callback.states()))
+    np.testing.assert_allclose(forces[250:], most + G, rtol=1e-3)
+    assert p.getBasePositionAndOrientation(box, client)[0][0] == pytest.approx(place[0], abs=1e-3)
