@@ -342,3 +342,20 @@ def test_a_block_that_rocks_on_two_edges_takes_implicit_steps():
     assert world.arrays.world["implicit"][0] - found == 20
     assert world.arrays.world["solved"][0] - solved <= 30
     assert len(world.contacts) == 2
+
+
+@pytest.mark.parametrize("timestep", [2e-3, 5e-3, 1e-2])
+def test_a_box_on_a_belt_that_starts_neither_hops_nor_gains_speed(timestep):
+    """The start makes its corners vibrate; steps that only nearly followed them made that grow until the box hopped."""
+    world = World(timestep=timestep)
+    belt, body = world.add_body(np.inf, 1.0), world.add_body(0.05, 2e-5, (0.0, 0.0, 0.03))
+    crate = world.add_box(body, (0.03, 0.03, 0.03), rounding=5e-4)
+    floor = world.add_plane(belt, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    world.add_contact(crate, floor, ContactPair(STEEL, STEEL, friction=0.6, restitution=0.2))
+    world.step(round(0.05 / timestep))
+    height = world.position[body, 2]
+    world.place(belt, velocity=(5.0, 0.0, 0.0))
+    for k in range(round(0.2 / timestep)):
+        world.step()
+        assert world.velocity[body, 0] == pytest.approx(0.6 * 9.81 * (k + 1) * timestep, abs=2e-4)
+        assert world.position[body, 2] == pytest.approx(height, abs=1e-6)

@@ -40,7 +40,7 @@ GAMMA = 1.0 - sqrt(0.5)  # length of a stage, as a share of the step
 MAX_ITERATIONS = 25  # of Newton's method in a stage
 # Iterations in a stage that leave more than so much of the residual; stages that reach this hardly ever converge
 MAX_STALLS, STALL = 3, 0.5
-GUESSED = 0.1  # of its overlap, by which the first guess may move a contact
+GUESSED = 0.1  # of its overlap, by which a first guess that is near may move a contact
 CONTRACTION = 0.1  # ratio of successive residuals up to which the factors of the matrix are kept
 # Share of the first residual of a stage that may be left in a steady slide, see `solve`: velocities of boxes and balls
 # then differ from those by converged stages by at most 5 % of what these differ from those in short steps
@@ -251,11 +251,13 @@ def solve(w, bodies, pairs, span, previous, slides):
     slides: whether this is a steady slide. The first residual is then that of vibrations about it, which the stages
     damp at a rate that is not theirs: LEFT of it may remain, and the first stage takes one iteration. No error adds up:
     an iteration conserves momentum, and takes mu times the normal impulse from the slide, as slopes of friction are mu
-    times those of P. So the velocity along the slide is as exact as that across, where the contacts restore it.
+    times those of P. So the velocity along the slide is as exact as that across, where the contacts restore it. Only if
+    the guess is near: what an iteration leaves grows with the square of its way, and the next guess carries it on by
+    the square of a stage over the vibrations' time, so that from far they would grow from step to step.
     """
     stage, time = span
     eq, stalls = equations_of(w), 0
-    begun, once = 0.0, slides and time < w.step
+    begun, once = 0.0, False
     for iteration in range(MAX_ITERATIONS):
         for i in range(bodies):
             place_body(w, whole_at(w.island_bodies, i), stage, time)
@@ -265,7 +267,8 @@ def solve(w, bodies, pairs, span, previous, slides):
             moved, own = evaluate_contact(w, row_at(w.rows, i), stage, again)
             moving, tolerance = moved or moving, min(tolerance, own)
         residual = residual_speed(w, bodies)
-        begun = LEFT * residual if slides and iteration == 0 else begun
+        if iteration == 0 and slides and keeps_overlaps(w, pairs):
+            begun, once = LEFT * residual, time < w.step
         if not moving or (not once and residual <= max(tolerance, begun) < NEVER):
             return True
         stalls += iteration > 0 and not residual < STALL * previous
@@ -291,6 +294,17 @@ def solve(w, bodies, pairs, span, previous, slides):
         if converges:
             return True
     return False
+
+
+def keeps_overlaps(w, pairs):
+    """Return whether all overlaps are near those at the start of the step, and none is new."""
+    near = True
+    for i in range(pairs):
+        r = row_at(w.rows, i)
+        if r.slot >= 0:
+            start = contact_at(w.saved_contacts, r.slot).touch.overlap
+            near = near and abs(contact_at(w.contacts, r.slot).touch.overlap - start) <= GUESSED * start
+    return near
 
 
 def residual_speed(w, bodies):
