@@ -363,7 +363,8 @@ def substep_length(w, pairs, coasting, t):
                 if p.checked != t:
                     predict(w, p, t)
                 p.path_limit = p.gap + a.path + b.path
-                if time_to_close(max(p.gap, 0.0), p.closing, max(p.acceleration, 0.0)) < soon:
+                push = max(p.acceleration, 0.0) + pace.shared_push(a, b)
+                if time_to_close(max(p.gap, 0.0), p.closing, push) < soon:
                     met = meet_near(w, p, a, b)
                     h = min(h, pace.touch_duration(w, p, a, b, met) / pace.substeps_per_impact(w, p, few))
     return h

@@ -359,3 +359,18 @@ def test_a_box_on_a_belt_that_starts_neither_hops_nor_gains_speed(timestep):
         world.step()
         assert world.velocity[body, 0] == pytest.approx(0.6 * 9.81 * (k + 1) * timestep, abs=2e-4)
         assert world.position[body, 2] == pytest.approx(height, abs=1e-6)
+
+
+@pytest.mark.parametrize("flat", [False, True])
+@pytest.mark.parametrize("timestep", [2e-3, 1e-2])
+def test_what_lies_on_a_heavy_body_that_settles_does_not_hop(flat, timestep):
+    """Its contact is a hundred times as fast as that of the heavy body; 1 g on 1000 t had been thrown up by metres."""
+    world = World(timestep=timestep)
+    below = world.add_body(1e6, 6e6, (0.0, 0.0, 3.0))
+    above = world.add_body(1e-3, 2.7e-7, (0.0, 0.0, 6.02))
+    shapes = [world.add_box(b, (h, h, h)) if flat else world.add_sphere(b, h) for b, h in ((below, 3.0), (above, 0.02))]
+    floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    world.add_contact(shapes, [floor, *shapes], ContactPair(STEEL, STEEL, friction=0.3, restitution=0.5))
+    for _ in range(round(0.3 / timestep)):
+        world.step()
+        assert world.position[above, 2] - world.position[below, 2] == pytest.approx(3.02, abs=1e-6)

@@ -28,6 +28,7 @@ NORMAL = 0.4
 ALIKE = 4.0  # equal contacts on one body, as the feet of a box, for which STABLE holds: h omega is 1 then, its limit 2
 LEAST_STEP = 1.0 / 3.0  # shortest step for which implicit steps are tried, in `resting_duration` of a contact
 MAX_SHORTENING = 4.0  # by which the length of substeps is divided for that, at most
+UNLIKE = 1e-3  # ratio of masses from which `shared_push` counts
 MASS_TURN = 0.1  # [rad] by which a normal may turn in a substep before effective masses are computed anew
 
 
@@ -84,7 +85,7 @@ def touch_duration(w, p, a, b, met, measured=True):
     """
     _, n, arm_a, arm_b = met
     mass = 1.0 / mobility_between(a, arm_a, b, arm_b, n)
-    push = max(p.acceleration, 0.0)
+    push = max(p.acceleration, 0.0) + shared_push(a, b)
     closing = sqrt(max(p.closing, 0.0) ** 2 + 2.0 * push * max(p.gap, 0.0))
     law = law_of(w, pair_at(w.pairs, p.pair))
     radius = shape_at(w.shapes, p.a).radius
@@ -97,11 +98,19 @@ def touch_duration(w, p, a, b, met, measured=True):
 def contact_duration(w, c, a, b):
     """Return the duration [s] of an impact with the present overlap and closing speed of a closed contact."""
     t = c.touch
-    acceleration = sub(load(a.acceleration), load(b.acceleration))
+    push = norm(sub(load(a.acceleration), load(b.acceleration))) + shared_push(a, b)
     duration = law_of(w, pair_at(w.pairs, c.pair)).duration
-    return impact_duration(
-        hertz_stiffness(t), duration, t.mass, max(t.overlap, 0.0), closing_speed(c, a, b), norm(acceleration)
-    )
+    return impact_duration(hertz_stiffness(t), duration, t.mass, max(t.overlap, 0.0), closing_speed(c, a, b), push)
+
+
+def shared_push(a, b):
+    """Return the acceleration [m/s^2] by which both of two bodies fall: onto each other, once one of them is held.
+
+    Zero if their masses are alike: what holds a body is about as fast as its contacts with others, and that counts.
+    """
+    if min(a.inverse_mass, b.inverse_mass) > UNLIKE * max(a.inverse_mass, b.inverse_mass):
+        return 0.0
+    return min(norm(load(a.acceleration)), norm(load(b.acceleration)))
 
 
 def resting_duration(w, c):
