@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlaw import ContactPair, mujoco_plugin
+from contactlaw.world.bodies.bounds import IDLE
 from sims.scene import NATIVE_DAMPED, Settings
 from sims.worlds.parts import Array, Body, State, Tuning, matrix_to_quaternion, onto
 from sims.worlds.world import World
@@ -219,7 +220,8 @@ def true_velocity(model: Any, data: Any) -> Array:
     if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4 or not model.opt.gravity.any():
         return out
     if data.time == 0.0:  # nothing has been stepped yet
-        pairs = [(one, two) for one, two, _ in mujoco_plugin.overlaps_of(model, data)]
+        found = mujoco_plugin.overlaps_of(model, data)
+        pairs = [ends for *ends, depth in found if depth > IDLE * model.geom_rbound[ends].max()]
     else:
         contacts = mujoco_plugin.contacts_of(model, data)
         pairs = [(contact.geom1, contact.geom2) for contact in contacts if contact.touching]

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from contactlaw import ContactPair
 from contactlaw.pybullet_callback import ContactCallback
+from contactlaw.world.bodies.bounds import IDLE
 from sims.scene import Settings
 from sims.worlds.parts import Array, Body, State, Tuning, matrix_to_quaternion, onto
 from sims.worlds.world import World
@@ -127,9 +128,9 @@ class EngineWorld(World):
         """Return whether a body is placed in contact with another that it touches by the law."""
         others = {two for ones, twos in self._pairs for two in twos if name in ones}
         others |= {one for ones, twos in self._pairs for one in ones if name in twos}
-        number = self.ids[name]
+        number, size = self.ids[name], max(next(body.size for body in self.bodies if body.name == name))
         return any(
-            point[8] < 0.0
+            point[8] < -IDLE * size
             for other in others - {name}
             for point in p.getClosestPoints(number, self.ids[other], 0.0, physicsClientId=self.client)
         )
