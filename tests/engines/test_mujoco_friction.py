@@ -6,12 +6,7 @@ from mujoco_scenes import BALL, SLED, mujoco, with_data
 
 from contactlaw import MATERIALS, ContactPair
 from contactlaw.losses import FallingFriction, Viscoelastic
-from contactlaw.mujoco_plugin import (
-    contacts_of,
-    instances_of,
-    load_model,
-    set_friction,
-)
+from contactlaw.mujoco_plugin import contacts_of, instances_of, load_model, set_friction
 
 NAME = "contactlaw:ball:floor"
 RUBBER = MATERIALS["rubber"]

@@ -7,8 +7,7 @@ import pytest
 
 from contactlaw.world.shapes.gjk import cell_of
 from contactlaw.world.shapes.hulls import by_direction, convex_hull, core_of
-
-CUBE = np.array([[i, j, k] for i in (-1.0, 1.0) for j in (-1.0, 1.0) for k in (-1.0, 1.0)])
+from tests.world.test_hulls import CUBE
 
 
 def test_a_hull_reaches_as_far_as_its_points_and_its_core_a_radius_less() -> None:
