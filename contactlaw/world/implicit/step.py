@@ -264,7 +264,7 @@ def solve(w, bodies, pairs, span, previous, slides):
         begin_residual(w, bodies, stage)
         moving, tolerance, again = iteration == 0, NEVER, iteration > 0 or time > stage
         for i in range(pairs):
-            moved, own = evaluate_contact(w, row_at(w.rows, i), stage, again)
+            moved, own = evaluate_contact(w, row_at(w.rows, i), span, again)
             moving, tolerance = moved or moving, min(tolerance, own)
         residual = residual_speed(w, bodies)
         if iteration == 0 and slides and keeps_overlaps(w, pairs):
