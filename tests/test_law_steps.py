@@ -43,7 +43,7 @@ def take(p, header, memory, overlap, before, free, du, dv, dt):
         reset(contact, pair, pair.radius)
         contact.mass, contact.tangential_mass = MASS, TANGENTIAL_MASS
     contact.overlap, contact.before, contact.closing = overlap, before, (overlap - before) / dt if dt > 0.0 else 0.0
-    press(contact, pair, dt, (free, 1.0, 0.0))
+    press(contact, pair, dt, (free, 1.0, 0.0, 1.0))
     ask(contact, pair, p[PAIR_SIZE:], memory, du, dv, dt)
     return contact.force, contact.f, contact.g
 

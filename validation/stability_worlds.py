@@ -129,7 +129,7 @@ def _push(scene, p, contacts, memories, places, velocities, spins, out):
         turn_frame(c, n, 0.5 * dt * dot(spin, n))
         velocity, first = axpy(-arm, cross(spin, n), velocity), load(c.tangent)
         t.closing = -dot(velocity, n)
-        press(t, pair, dt, (free, 1.0, 0.0))
+        press(t, pair, dt, (free, 1.0, 0.0, 1.0))
         ask(t, pair, p[PAIR_SIZE:], memory, dt * dot(velocity, first), dt * dot(velocity, cross(n, first)), dt)
         force = force_of(c)
         for ball, side in ((a, 1.0), (b, -1.0)):

@@ -14,7 +14,7 @@ HERTZ_DURATION = 2.9432751843247047  # T v/delta_max = 4/5 sqrt(pi) Gamma(2/5)/G
 # (m/k) (pi/T_Hertz)^2/sqrt(delta_max): it depends on neither mass nor speed
 LINEAR_STIFFNESS = 0.8 * (3.141592653589793 / HERTZ_DURATION) ** 2
 
-BY_ITSELF = 0.0, 1.0, 0.0  # `motion` of `normal_force` where nothing else pushes on the bodies
+BY_ITSELF = 0.0, 1.0, 0.0, 1.0  # `motion` of `normal_force` where nothing else pushes on the bodies
 # Share of the overlap that the spring has at least where neighbours pull the bodies apart at the touch: its force, by
 # which `ratio` divides, stays positive
 LEAST_DEPTH = 0.5
@@ -54,13 +54,14 @@ def normal_force(contact, pair, dt, motion=BY_ITSELF):
 
     dt: length of the step [s]; zero: `closing` is the speed at the overlap. motion: closing acceleration [m/s^2] due to
     all forces other than this normal force, gravity for example, without which the damper would carry part of the load
-    of a contact at rest; number n of dampers that share the mass; overlap [m] that the elastic force has besides.
+    of a contact at rest; number n of dampers that share the mass; overlap [m] that the elastic force has besides;
+    factor of the damper.
 
     If n dampers act on one mass and each is solved as if it were alone, they overshoot together once n of them are too
     strong for the step, and oscillate from step to step. So each is solved with an n-th of the mass for what its force
     differs from that of the last step with the elastic force of this.
     """
-    free, count, deeper = motion
+    free, count, deeper, weight = motion
     linear = pair.linear != 0.0
     foreseen = contact.force - contact.elastic
     stiffness, deeper = contact.stiffness, max(deeper, (LEAST_DEPTH - 1.0) * contact.overlap)
@@ -71,7 +72,7 @@ def normal_force(contact, pair, dt, motion=BY_ITSELF):
     if contact.zeta == 0.0:
         return elastic, 1.0
     mobility = dt / contact.mass
-    damping = damping_of(contact, linear, stiffness)
+    damping = weight * damping_of(contact, linear, stiffness)
     closing = contact.closing + 0.5 * (dt * free + (count - 1.0) * mobility * (foreseen + elastic))
     pressed = elastic + damping * closing
     share = 1.0 + 0.5 * count * damping * mobility

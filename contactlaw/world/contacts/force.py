@@ -64,7 +64,7 @@ def advance_contact(w, c, slot, moved, slide, dt, motion):
     else:
         ask(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, du, dv, dt)
     if damped:
-        add_dashpot(w, c, slide[0], slide[1])
+        add_dashpot(w, c, slide[0], slide[1], min(motion[3], 1.0))
     return pressed
 
 
@@ -184,8 +184,10 @@ def dashpot_of(t, stiffness):
     return 2.0 * DAMPING * sqrt(stiffness * t.tangential_mass)
 
 
-def add_dashpot(w, c, u, v):
+def add_dashpot(w, c, u, v, weight):
     """Add the force of the tangential dashpot, within the friction cone; u, v: slip velocity [m/s].
+
+    weight: factor of it, below 1 where contacts side by side share the mass, as `springs.damper_weight`.
 
     In a straight slide at the limit it changes nothing, and is not computed. A law without springs, by rates alone, has
     none, as its own force would be nothing beside it; rigid friction has that of Mindlin's spring.
@@ -194,7 +196,7 @@ def add_dashpot(w, c, u, v):
     slides = t.f * t.f + t.g * t.g >= AT_LIMIT * (t.friction * t.force) ** 2
     if slides and abs(t.f * v - t.g * u) <= PARALLEL * (t.f * u + t.g * v):
         return
-    drag = dashpot_of(t, min(stuck_stiffness_of(w, c), stuck_stiffness(t)))
+    drag = weight * dashpot_of(t, min(stuck_stiffness_of(w, c), stuck_stiffness(t)))
     t.f += drag * u
     t.g += drag * v
     pull, limit = sqrt(t.f * t.f + t.g * t.g), t.friction * t.force

@@ -8,6 +8,8 @@ A damper acts with the mean velocity of two steps, y' (1 - h^2 k/(12 m)) for a s
 by h^2/12 of the acceleration by the damper: both errors cancel.
 """
 
+from math import sqrt
+
 from contactlaw.jit import jit_inline, jit_module
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import OPEN
@@ -62,6 +64,35 @@ def push_by_coasting(w, coasting):
         r = coasting_at(w.coasting, i)
         add_push(body_at(r.body_a, 0), ZERO, scale(r.force, load(r.normal)))
         add_push(body_at(r.body_b, 0), ZERO, scale(-r.force, load(r.normal)))
+
+
+def damper_weight(c, a, b, count):
+    """Return the factor of the damper of one of `count` contacts that press a body side by side.
+
+    The damper of a single contact belongs to its effective mass m. A body that lands on several opens each by all of
+    their forces, at an acceleration A: as a mass P/A would by its own force P. With sqrt(P/(A m)) such a body rebounds
+    as its pair of materials says, flat or on an edge. P/A is taken as at least m/count, and as at most the mass of both
+    bodies without their turning, which forces from opposite sides would exceed; in trees, of which A is known by the
+    last substep alone, as at most m. Not for balls, whose contacts are few along one line.
+    """
+    t, n, arm_a, arm_b = c.touch, load(c.normal), load(c.arm_a), load(c.arm_b)
+    turns = (a.oriented != 0 and a.inverse_mass != 0.0) or (b.oriented != 0 and b.inverse_mass != 0.0)
+    loads = dot(sub(load_at(a, arm_a), load_at(b, arm_b)), n) if turns else 0.0
+    if a.tree == 0 and b.tree == 0:
+        own, opening = c.spring / t.mass, dot(sub(push_at(a, arm_a), push_at(b, arm_b)), n) - loads
+        least = t.mass * (a.inverse_mass + b.inverse_mass) / t.share  # of A m/P
+    else:
+        own, opening, least = t.force / t.mass, -c.closing_acceleration - loads, 1.0
+    known = turns and own > 0.0 and (least < 1.0 or c.interval > 0.0)
+    return 1.0 / sqrt(min(max(opening / own, least), 1.0 * count)) if known else 1.0
+
+
+def load_at(b, arm):
+    """Return the acceleration [m/s^2] of a body's point at an arm [m] without contacts."""
+    if b.inverse_mass == 0.0:
+        return ZERO
+    turning = load(b.turning) if b.tree != 0 else spin_change(b, load(b.torque))
+    return add(load(b.acceleration), cross(turning, arm))
 
 
 def closing_by_others(c, a, b):

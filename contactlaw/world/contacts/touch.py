@@ -13,7 +13,7 @@ from contactlaw.world.contacts import force
 from contactlaw.world.contacts.ends import damped_end, elastic_end, single_end
 from contactlaw.world.contacts.meeting import meet_apart, meet_contact
 from contactlaw.world.contacts.pace import MASS_TURN, radius_where, share_of, update_masses
-from contactlaw.world.contacts.springs import SHARE, closing_by_others, press_spring
+from contactlaw.world.contacts.springs import SHARE, closing_by_others, damper_weight, press_spring
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, pair_at, shape_at
 from contactlaw.world.data.call import address, call_roll, ready
 from contactlaw.world.data.demand import ROLL
@@ -294,7 +294,8 @@ def advance(w, c, slot, span):
         total, t.before, c.coasted_from = add(moved, load(c.coasted)), c.coasted_from, 0.0
     others = closing_by_others(c, a, b)
     side_by_side = max(max(a.pressing if a.still == 0 else 1, b.pressing if b.still == 0 else 1), 1)  # dampers
-    motion = others, side_by_side, SHARE * h * h * (others - c.spring / t.mass)
+    weight = damper_weight(c, a, b, side_by_side) if t.zeta > 0.0 and side_by_side > 1 else 1.0
+    motion = others, side_by_side, SHARE * h * h * (others - c.spring / t.mass), weight
     pressed = force.advance_contact(w, c, slot, total, scale(1.0 / h, moved), h, motion)
     if opening:
         inside = min(overlap / (overlap - min(before, 0.0)), 1.0)
