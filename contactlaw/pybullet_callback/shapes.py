@@ -13,6 +13,7 @@ from contactlaw.pair import ContactPair
 from contactlaw.world import World
 from contactlaw.world.data.frames import IDENTITY, ORIGIN, Pose, quaternion_of, turn_to
 from contactlaw.world.data.records import Arrays
+from contactlaw.world.shapes.hulls import apart
 
 Array = NDArray[np.float64]
 Key = tuple[int, int]
@@ -166,7 +167,7 @@ def read_side(client: int, which: str, body: Any, link: Any, there: set[int]) ->
     # more than those of the pieces where one of several meshes is a compound itself
     if points == all_points and len(pieces) == len(shapes):
         return Side(*own, kinds[0] if len(kinds) == 1 else "compound of such", pieces)
-    shape = "compound" if len(kinds) > 1 else "concave mesh" if kinds[0] == "mesh" else kinds[0]
+    shape = "compound" if len(kinds) > 1 else "concave or flat mesh" if kinds[0] == "mesh" else kinds[0]
     base = link == BASE
     centre, *_ = p.getBasePositionAndOrientation(body, client) if base else p.getLinkState(body, link, 0, 1, client)
     corners = np.abs(np.subtract(p.getAABB(body, link, client), centre))
@@ -210,7 +211,7 @@ def collision_shapes(client: int, body: int, link: int) -> Any:
 
 
 def _piece(key: Key, client: int, number: int, kind: str, size: Any, _: Any, position: Any, turn: Any) -> Piece | None:
-    """Return a shape as getCollisionShapeData describes it; None: it has no closed form.
+    """Return a shape as getCollisionShapeData describes it; None: it has no closed form, as a mesh all in a plane.
 
     number: of a mesh among the shapes of its link; -1: all there is.
     """
@@ -223,7 +224,7 @@ def _piece(key: Key, client: int, number: int, kind: str, size: Any, _: Any, pos
         upright = Pose(ORIGIN, quaternion_of(turn_to(normal / np.linalg.norm(normal))))
         return Piece(kind, (), pose_of(position, turn).then(upright))
     count, points = p.getMeshData(*key, number, physicsClientId=client) if kind == "mesh" else (0, ())
-    return Piece(kind, (), IDENTITY, np.array(points)) if count > 0 else None
+    return Piece(kind, (), IDENTITY, np.array(points)) if count > 0 and apart(np.array(points)) else None
 
 
 def client_of(client: Any) -> int:

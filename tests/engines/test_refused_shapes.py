@@ -98,8 +98,10 @@ def pybullet_shape(p, client, kind):
     size = {
         "plane": {}, "box": {"halfExtents": [0.02] * 3}, "cylinder": {"radius": 0.02, "height": 0.04},
         "mesh": {"vertices": CORNERS}, "capsule": {"radius": 0.02, "height": 0.04}, "sphere": {"radius": 0.02},
+        "flat mesh": {"vertices": [[x, y, 0] for x in (-1, 1) for y in (-1, 1)]},
     }  # fmt: skip
-    return p.createCollisionShape(getattr(p, f"GEOM_{kind.upper()}"), physicsClientId=client, **size[kind])
+    shape = getattr(p, f"GEOM_{kind.split()[-1].upper()}")
+    return p.createCollisionShape(shape, physicsClientId=client, **size[kind])
 
 
 def add(client, moving, ground):
@@ -127,6 +129,12 @@ def test_pybullet_refuses_by_the_bodies(client, moving, ground):
 @pytest.mark.parametrize(("moving", "ground"), [pair for pair in SERVED if set(pair) <= IN_PYBULLET])
 def test_pybullet_serves_what_touches_in_a_point(client, moving, ground):
     add(client, moving, ground)
+
+
+def test_pybullet_measures_a_mesh_all_in_a_plane(client):
+    with pytest.raises(ValueError, match=r"body 1 \(box\) and body 0 \(concave or flat mesh\)"):
+        add(client, "box", "flat mesh")
+    add(client, "sphere", "flat mesh")
 
 
 def test_a_ball_on_a_mesh_or_cylinder_bounces_as_on_a_box(load_model):

@@ -20,6 +20,20 @@ BLUNT = 0.1  # relative cutoff of singular values of the normals at a vertex in 
 CLEARLY = 1e-9  # of the size: margin by which one vertex is further than another, for rounding
 
 
+def apart(points: Array) -> list[int] | None:
+    """Return numbers of four points (m, 3) far apart, the fourth inside of the first three; None: all in a plane."""
+    size = float(np.ptp(points, axis=0).max())
+    first = int(points[:, 0].argmin())
+    second = int(np.linalg.norm(points - points[first], axis=1).argmax())
+    direction = (points[second] - points[first]) / max(size, 1e-300)
+    third = int(np.linalg.norm(np.cross(points - points[first], direction), axis=1).argmax())
+    heights = (points - points[first]) @ np.cross(direction, points[third] - points[first])
+    fourth = int(np.abs(heights).argmax())
+    if not abs(heights[fourth]) > FLAT * size**2:
+        return None
+    return [first, second, third, fourth] if heights[fourth] < 0.0 else [first, third, second, fourth]
+
+
 def convex_hull(points: Array, fine: float = FINE, most: int = MOST, flat: float = FLAT) -> tuple[Array, Array]:
     """Return the vertices (n, 3) of the hull of points (m, 3), and its triangles (k, 3), right-handed from outside.
 
@@ -31,15 +45,9 @@ def convex_hull(points: Array, fine: float = FINE, most: int = MOST, flat: float
         ValueError: All points lie in a plane.
     """
     size = float(np.ptp(points, axis=0).max())
-    first = int(points[:, 0].argmin())
-    second = int(np.linalg.norm(points - points[first], axis=1).argmax())
-    direction = (points[second] - points[first]) / max(size, 1e-300)
-    third = int(np.linalg.norm(np.cross(points - points[first], direction), axis=1).argmax())
-    heights = (points - points[first]) @ np.cross(direction, points[third] - points[first])
-    fourth = int(np.abs(heights).argmax())
-    if not abs(heights[fourth]) > FLAT * size**2:
+    if (first_four := apart(points)) is None:
         raise ValueError("points: lie in a plane; a hull needs four that do not")
-    base = [first, second, third] if heights[fourth] < 0.0 else [first, third, second]
+    *base, fourth = first_four
     faces = np.array([base, *([base[i], fourth, base[i - 2]] for i in range(3))])
     faces[1:] = faces[1:, ::-1] if _heights(points[base[2:]], points, faces[1:2])[0, 0] > 0.0 else faces[1:]
     rest, heights = np.arange(len(points)), _heights(points, points, faces)
