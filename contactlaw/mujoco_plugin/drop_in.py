@@ -174,17 +174,19 @@ def _compile_with_contacts(
 
 
 def _precise_xml(spec: mujoco.MjSpec) -> str:
-    """Return a specification as XML with all digits; MuJoCo up to 3.15 writes six, and no `inertiagrouprange`."""
+    """Return a specification as XML with all digits; MuJoCo up to 3.15 writes six, and leaves out the two below."""
     before = layout.LIBRARY._mjPRIVATE__get_xml_precision()
     layout.LIBRARY._mjPRIVATE__set_xml_precision(17)
     try:
         text = spec.to_xml()
     finally:
         layout.LIBRARY._mjPRIVATE__set_xml_precision(before)
-    if "inertiagrouprange=" in text:
-        return text
     first, last = spec.compiler.inertiagrouprange  # of the geoms that have mass: robosuite and metaworld use it
-    return text.replace("<compiler ", f'<compiler inertiagrouprange="{first} {last}" ', 1)
+    left_out = {"inertiagrouprange": f"{first} {last}"}
+    if spec.compiler.settotalmass > 0.0:  # cheetahs use it
+        left_out["settotalmass"] = repr(spec.compiler.settotalmass)
+    added = "".join(f'{name}="{value}" ' for name, value in left_out.items() if f"{name}=" not in text)
+    return text.replace("<compiler ", f"<compiler {added}", 1)
 
 
 def _with_instances(spec: mujoco.MjSpec, text: str) -> str:
@@ -258,7 +260,7 @@ def _check_parent_child(model: mujoco.MjModel, which: str, ones: Sequence[Any], 
 
 def _equivalent(one: mujoco.MjModel, two: mujoco.MjModel, tolerance: float) -> bool:
     """Return whether two models move alike: same sizes, and numbers equal to a part of the greatest in each field."""
-    for field in ("body_mass", "body_inertia", "body_pos", "body_quat", "geom_size", "geom_pos", "geom_quat",
+    for field in ("body_mass", "body_inertia", "body_pos", "body_quat", "geom_aabb", "geom_pos", "geom_quat",
                   "geom_contype", "geom_conaffinity", "jnt_range", "dof_damping", "dof_armature", "qpos0",
                   "pair_geom1", "pair_geom2", "actuator_gainprm"):  # fmt: skip
         a, b = np.asarray(getattr(one, field)), np.asarray(getattr(two, field))
