@@ -374,3 +374,17 @@ def test_what_lies_on_a_heavy_body_that_settles_does_not_hop(flat, timestep):
     for _ in range(round(0.3 / timestep)):
         world.step()
         assert world.position[above, 2] - world.position[below, 2] == pytest.approx(3.02, abs=1e-6)
+
+
+def test_a_ball_that_settles_on_a_lift_does_not_hop_again():
+    """A first stage whose last iteration had no contact had counted as solved: the ball left at 8 mm/s."""
+    for fall in np.linspace(2e-5, 2e-4, 12):
+        world = World(timestep=1e-3)
+        lift = world.add_body(np.inf, 1.0, velocity=(0.0, 0.0, 0.05))
+        body = world.add_body(1e-3, 1e-8, (0.0, 0.0, 5e-3 + fall), (0.0, 0.0, 0.05))
+        floor = world.add_plane(lift, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+        world.add_contact(world.add_sphere(body, 5e-3), floor, pair(0.3))
+        world.step(16 + round(fall / 4e-5))
+        for _ in range(20):
+            world.step()
+            assert abs(world.velocity[body, 2] - 0.05) < 1e-3

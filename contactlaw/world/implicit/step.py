@@ -282,7 +282,7 @@ def solve(w, bodies, pairs, span, previous, slides):
                 add_stiffness(w, row_at(w.rows, i), stage)
             factorise(w)
             w.solved += 1
-        converges = once or (time < w.step and contraction * residual <= tolerance)
+        converges = once or (time < w.step and contraction * residual <= tolerance < NEVER)
         previous = residual
         substitute(w)
         total = 0.0
