@@ -1,17 +1,20 @@
-"""What Newton's method of implicit steps is told: the slopes of laws, and how many stages an island takes."""
+"""What Newton's method is told: slopes of laws, how many stages an island takes; and what no step goes over."""
 
 from __future__ import annotations
+
+from math import cos, sin
 
 import numpy as np
 import pytest
 
 from contactlaw.jit import jit
 from contactlaw.laws.slip import stuck_stiffness
+from contactlaw.world import World
 from contactlaw.world.contacts.force import advance_from_saved, dashpot_of, has_dashpot, slopes
 from contactlaw.world.data.access import contact_at
 from contactlaw.world.data.saved import save_contact
 from contactlaw.world.implicit.acceptance import motion_of
-from tests.world.lasting_scenes import FRICTION, ball, sweeping_arm
+from tests.world.lasting_scenes import FRICTION, ball, pair, sweeping_arm
 
 
 @jit
@@ -85,3 +88,18 @@ def test_what_creeps_with_joints_takes_one_stage(rate: float, taken: int) -> Non
     arrays = world.arrays.bound()
     arrays.island_bodies[:2], arrays.rows["slot"][0] = (1, 2), 0
     assert stages(arrays.world) == taken
+
+
+@pytest.mark.parametrize("timestep", [4e-3, 1e-2])
+def test_what_slides_up_a_slope_turns_back_where_it_should(timestep: float) -> None:
+    """An implicit step over the reversal had one friction, up or down, in all of a stage: 20 mm/s at 10 ms."""
+    pull, brake = 9.81 * sin(0.5), 0.3 * 9.81 * cos(0.5)
+    world = World(timestep=timestep, gravity=(-pull, 0.0, -9.81 * cos(0.5)))
+    floor, body = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), world.add_body(0.5, 1e-4, (0.0, 0.0, 0.02))
+    world.add_contact(world.add_box(body, (0.02, 0.02, 0.02)), floor, pair(0.3))
+    world.step(round(0.1 / timestep))
+    for speed in np.linspace(0.5, 0.9, 10):
+        world.place(body, velocity=(speed, 0.0, 0.0))
+        world.step(round(0.2 / timestep))
+        down = (pull - brake) * (0.2 - speed / (pull + brake))
+        assert world.velocity[body, 0] == pytest.approx(-down, abs=1.5e-3)

@@ -155,9 +155,8 @@ def changes_regime(w, pairs):
             if now.overlap <= 0.0 and start.overlap > 0.0:
                 return True
             far = force.slide_to_slip(now)
-            sticks = force.slips_fully(start) and (
-                not force.slips_fully(now) or now.f * r.slide[0] + now.g * r.slide[1] < 0.0
-            )
+            reverses = now.f * r.slide[0] + now.g * r.slide[1] < 0.0 or start.f * now.f + start.g * now.g < 0.0
+            sticks = force.slips_fully(start) and (reverses or not force.slips_fully(now))
             if sticks and c.moved[0] ** 2 + c.moved[1] ** 2 > far * far:
                 return True
             if c.torsion.moment * r.slide[2] < 0.0 and c.moved[2] ** 2 * now.radius * now.overlap > far * far:
