@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from contactlaw import ContactPair, Material
 from contactlaw.laws.microslip import Microslip
 from contactlaw.world import World
 from tests.world.world_scenes import FLOOR, FRICTION, RADIUS, balls, mass_of, rack, steel_pair
@@ -130,3 +131,24 @@ def test_a_damped_crowd_is_as_right_as_the_docstring_says():
     errors = [np.abs(broken(substeps) - exact).max() / 8.0 for substeps in (10.0, 20.0, 100.0)]
     assert (np.array(errors) < [1e-3, 2e-4, 5e-5]).all()
     assert World(gravity=0.0).arrays.world["crowd_substeps"][0] == 10.0
+
+
+@pytest.mark.parametrize("inertia", [0.1, 0.03])
+def test_a_body_that_lands_on_two_feet_rebounds_alike_at_any_step(inertia: float) -> None:
+    """Each foot slows the other down less than itself: that is no load on it, and the impact no persistent contact."""
+    mass, half, radius = 0.1, 0.1, 0.01
+    soft = Material(youngs_modulus=1e8, poissons_ratio=0.3)
+
+    def rebound(step: float, gap: float) -> float:
+        world = World(timestep=step, gravity=0.0)
+        body = world.add_body(mass, inertia * mass * half**2, (0, 0, radius + gap), (0, 0, -1))
+        feet = [world.add_sphere(body, radius, (x, 0, 0)) for x in (-half, half)]
+        floor = world.add_plane(None, point=(0, 0, 0), normal=(0, 0, 1))
+        world.add_contact(feet, floor, ContactPair(soft, soft, friction=0.0, restitution=0.7))
+        world.step(round(4e-3 / step))
+        return float(world.velocity[body, 2])
+
+    wanted = rebound(1e-5, 1e-4)
+    for step in (5e-4, 7e-4, 1.2e-3):
+        for share in np.linspace(0.05, 0.95, 7):
+            assert rebound(step, share * step) == pytest.approx(wanted, abs=1e-3)

@@ -19,6 +19,7 @@ from contactlaw.world.trees.motion import SUBSTEP_TURN
 
 FEWER = 4.0  # by which the substeps of a quasi-static contact are divided
 STEADY = 1e-2  # `share` of `force.is_quasi_static` below which substeps need only be stable
+SETTLED = 0.1  # `share` of `force.is_quasi_static` below which a contact is no impact, though it has never sprung back
 STABLE = 8.0  # substeps of an impact that are enough for stability
 JOINTED = 20.0  # substeps of a damped impact with joints, at least: trees answer to each contact by itself
 ELASTIC = 60.0  # substeps of an elastic impact in a crowd, at least: a column of 20 keeps its energy to 1e-3
@@ -133,10 +134,12 @@ def stays_closed(c, a, b):
         m v^2/2 + 2/5 P delta < (P + m a) delta
 
     v: closing speed, a: closing acceleration, hence P + m a: load. How stiff the contact is does not matter: an
-    implicit step follows or damps the oscillations of a soft contact beside stiffer ones.
+    implicit step follows or damps the oscillations of a soft contact beside stiffer ones. The load may also be that of
+    an impact itself: of the other feet of a body that lands flat, or by friction on a slender one. What has not been
+    pressed again since it first expanded must hardly move.
     """
     speed, t = closing_speed(c, a, b), c.touch
-    if t.zeta == 0.0:
+    if t.zeta == 0.0 or (t.course != LASTING and not is_quasi_static(c, SETTLED)):
         return False
     return 0.5 * speed * speed * t.mass < (0.6 * t.force + t.mass * c.closing_acceleration) * t.overlap
 
