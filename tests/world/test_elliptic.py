@@ -157,3 +157,15 @@ def test_passive_on_random_paths() -> None:
         header, memory, out = np.zeros(1, CONTACT), np.zeros((2, 16)), np.empty(300)
         along_path(header, memory, own, path, out)
         assert out.min() > -1e-12 and (np.diff(out) > -2e-3 * np.abs(out).max()).all()
+
+
+@pytest.mark.parametrize("tilt", [0.0, 1e-14, 1e-8])
+def test_a_cylinder_that_lands_flat_gets_no_spin_about_its_axis(tilt: float) -> None:
+    """Its rim touches within the disc: the direction in which rounding tilts it is no axis of an ellipse."""
+    world = World(timestep=1e-3, gravity=0.0)
+    body = world.add_body(0.15, (3e-5, 3e-5, 4e-5), (0, 0, 0.014), (0.38, 0.12, -1.5), (1, tilt, 0, 0))
+    floor = world.add_plane(None, point=(0, 0, 0), normal=(0, 0, 1))
+    world.add_contact(world.add_cylinder(body, 0.022, 0.0124), floor, ContactPair("steel", "rubber", friction=0.3))
+    world.step(20)
+    assert world.velocity[body, 2] > 1.4
+    assert abs(world.spin[body, 2]) < 1e-4

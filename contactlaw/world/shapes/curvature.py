@@ -112,10 +112,15 @@ def of_line(sa, a, sb, b, n, arm):
 
 
 def of_rim(sa, a, sb, b, n, arm):
-    """`curvatures_of` a cylinder's rim: those of its edge and, as where the cylinder stands upright, of the circle."""
-    along = cross(n, to_world(b.axes, load(sb.normal)))
-    far = sb.radius + norm(load(sb.half))
-    return 1.0 / far, 1.0 / sb.radius, scale(1.0 / max(norm(along), 1e-300), along)
+    """`curvatures_of` a cylinder's rim: those of its edge and, as where the cylinder stands upright, of the circle.
+
+    Where it stands so nearly upright that it touches inside its disc, only rounding has a direction: there is none.
+    """
+    along, wide = cross(n, to_world(b.axes, load(sb.normal))), norm(load(sb.half))
+    tilt, way = norm(along), ZERO
+    if tilt * wide > 2.0 * CROWN * sb.radius:
+        way = scale(1.0 / tilt, along)
+    return 1.0 / (sb.radius + wide), 1.0 / sb.radius, way
 
 
 def of_ellipsoid(sa, a, sb, b, n, arm):
