@@ -129,3 +129,22 @@ def test_bodies_that_a_weld_holds_in_each_other_do_not_touch():
     assert model.nexclude == 1
     assert np.linalg.norm(data.body("two").xpos - data.body("one").xpos) == pytest.approx(0.18, abs=2e-3)
     assert abs(data.qvel).max() < 0.05
+
+
+def test_a_joint_damped_hard_holds_still_in_a_contact_of_what_is_welded():
+    """A lift of 1e7 N s/m moves by micrometres a second, as natively; Fetch's moved at 1 m/s, until all was lost."""
+    free = 'contype="0" conaffinity="0"'
+    link = f'<joint axis="0 1 0" armature="1"/><geom size=".02" mass="2" {free}/>'
+    scene = f"""<mujoco><worldbody><geom name="floor" type="box" size="1 1 .2" pos=".6 0 .347"/>
+    <body name="lead" mocap="true" pos=".6 0 .577"/><body pos="0 0 .5"><joint name="lift" type="slide" axis="0 0 1"
+    damping="1e7"/><geom size=".05" mass="13" {free}/><body pos="0 0 .1">{link}<body pos=".3 0 .1">{link}
+    <body name="hand" pos=".3 0 -.1"><joint axis="0 1 0" armature="1"/><geom name="hand" type="box" mass="1"
+    size=".03 .03 .05"/></body></body></body></body></worldbody><equality>
+    <weld body1="lead" body2="hand" relpose="0 0 0 1 0 0 0"/></equality></mujoco>"""
+    rubber = ContactPair("rubber", "steel", friction=1.0, restitution=0.3)
+    model = load_model(scene, [("hand", "floor", rubber)])
+    data, fastest = mujoco.MjData(model), 0.0
+    for _ in range(50):
+        mujoco.mj_step(model, data)
+        fastest = max(fastest, abs(float(data.joint("lift").qvel[0])))
+    assert fastest < 1e-3

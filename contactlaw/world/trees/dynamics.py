@@ -50,9 +50,9 @@ def accelerate(t):
             angular = add(to_world(tensor, e), cross(offset, s))
             p = axis.depth
             resistance = d[k, k] + (axis.resistance if axis.side != 0.0 and t.midway == 0 else 0.0)
-            own = axis.armature + held[k, k] + dot(e, angular) + dot(s, linear)
+            own = axis.armature + dot(e, angular) + dot(s, linear)  # of what holds it, other joints may take all
             lag = max(t.lag, t.span) if t.span * resistance > STIFF * own else t.lag
-            axis.inertia = own + lag * resistance
+            axis.inertia = own + held[k, k] + lag * resistance
             m[k, p] = axis.inertia
             j, carrier = axis.parent, axis.carrier
             while j >= 0:
