@@ -14,18 +14,24 @@ from contactlaw.jit import jit_inline, jit_module
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import OPEN
 from contactlaw.world.bodies.motion import spin_change
-from contactlaw.world.data.access import body_at, coasting_at
+from contactlaw.world.data.access import body_at, coasting_at, tree_at
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, scale, store, sub
 
 SHARE = 1.0 / 12.0  # of h^2 x''
+FREE_SIZE = 6  # velocities of a tree of one body that nothing holds
 UNKNOWN = -1e300  # value of `CONTACT.neighbours` where the substep before has not found it
+
+
+def is_rigid(b):
+    """Return whether a body answers to forces by itself: one without joints, or the only one of a tree that is free."""
+    return b.tree == 0 or (tree_at(b.tree, 0).count == 1 and tree_at(b.tree, 0).v_size == FREE_SIZE)
 
 
 def clear_push(b):
     """Set what pushes a body to its loads besides contacts."""
     store(b.push, load(b.acceleration))
     if b.oriented != 0:
-        store(b.twisting, spin_change(b, load(b.torque)))
+        store(b.twisting, turning_of(b))
 
 
 def add_push(b, arm, force):
@@ -47,13 +53,13 @@ def push_at(b, arm):
 def press_spring(c, a, b, linear):
     """Set the force of a contact's spring where its bodies are, and add it to what pushes them.
 
-    Bodies of trees answer to it with all of the tree: their contacts know their own springs only.
+    Bodies on joints answer to it with all of their tree: their contacts know their own springs only.
     """
     t, n = c.touch, load(c.normal)
     c.spring = 0.0
     if t.overlap > 0.0 and not (linear and t.state == OPEN):  # whose stiffness is known after the touch
         c.spring = elastic_force(t, linear, t.overlap)
-    if a.tree == 0 and b.tree == 0:
+    if is_rigid(a) and is_rigid(b):
         add_push(a, load(c.arm_a), scale(c.spring, n))
         add_push(b, load(c.arm_b), scale(-c.spring, n))
 
@@ -78,7 +84,7 @@ def damper_weight(c, a, b, count):
     t, n, arm_a, arm_b = c.touch, load(c.normal), load(c.arm_a), load(c.arm_b)
     turns = (a.oriented != 0 and a.inverse_mass != 0.0) or (b.oriented != 0 and b.inverse_mass != 0.0)
     loads = dot(sub(load_at(a, arm_a), load_at(b, arm_b)), n) if turns else 0.0
-    if a.tree == 0 and b.tree == 0:
+    if is_rigid(a) and is_rigid(b):
         own, opening = c.spring / t.mass, dot(sub(push_at(a, arm_a), push_at(b, arm_b)), n) - loads
         least = t.mass * (a.inverse_mass + b.inverse_mass) / t.share  # of A m/P
     else:
@@ -91,8 +97,12 @@ def load_at(b, arm):
     """Return the acceleration [m/s^2] of a body's point at an arm [m] without contacts."""
     if b.inverse_mass == 0.0:
         return ZERO
-    turning = load(b.turning) if b.tree != 0 else spin_change(b, load(b.torque))
-    return add(load(b.acceleration), cross(turning, arm))
+    return add(load(b.acceleration), cross(turning_of(b), arm))
+
+
+def turning_of(b):
+    """Return the angular acceleration [rad/s^2] of a body by its loads."""
+    return load(b.turning) if b.tree != 0 else spin_change(b, load(b.torque))
 
 
 def closing_by_others(c, a, b):
@@ -102,7 +112,7 @@ def closing_by_others(c, a, b):
     """
     t = c.touch
     out = c.closing_acceleration + t.force / t.mass
-    if a.tree == 0 and b.tree == 0:
+    if is_rigid(a) and is_rigid(b):
         pushes = sub(push_at(a, load(c.arm_a)), push_at(b, load(c.arm_b)))
         springs = c.spring / t.mass - dot(pushes, load(c.normal))
         if c.interval == 0.0:
