@@ -53,6 +53,25 @@ def test_damping_that_is_stiff_neither_swings_nor_blows_up(damping: float) -> No
 
 
 @pytest.mark.heavy
+@pytest.mark.parametrize(("damping", "timestep"), [(1e5, 2e-3), (1e6, 2e-4), (1e8, 2e-3)])
+def test_a_lift_of_any_damping_sinks_as_its_load_says(damping: float, timestep: float) -> None:
+    """It carries an arm whose far end comes to lie on the floor, which then bears half of the arm's weight."""
+    world = World(timestep=timestep)
+    lift, hinge = Joint("slide", axis=(0.0, 0.0, 1.0), damping=damping), Joint("hinge", (-0.15, 0.0, 0.0), damping=0.5)
+    parts = [Part(13.0, 1e-2, [lift]), Part(2.0, 2e-2, [hinge], 0, (0.15, 0.0, 0.0))]
+    _, bodies = world.add_tree(Tree(parts), [0.021, 0.0])
+    rubber = ContactPair("rubber", "steel", friction=0.8, restitution=0.3)
+    world.add_contact(world.add_sphere(bodies[1], 0.02, (0.15, 0.0, 0.0)), world.add_plane(None, *FLOOR), rubber)
+    fastest, start = 0.0, world.tree(0)[0][0]
+    for _ in range(round(0.4 / timestep)):
+        world.step()
+        fastest = max(fastest, abs(world.tree(0)[1][0]))
+    assert damping * fastest < 15.0 * 9.81
+    assert damping * world.tree(0)[1][0] == pytest.approx(-14.0 * 9.81, rel=1e-3)
+    assert damping * (start - world.tree(0)[0][0]) == pytest.approx(54.92, rel=2e-3)  # by steps of 0.1 ms
+
+
+@pytest.mark.heavy
 @pytest.mark.parametrize("damping", [0.2, 0.5])
 def test_a_limb_that_damping_all_but_locks_does_not_shorten_the_substeps_of_an_impact(damping: float) -> None:
     """The impact lasts 10 ms, and damping stops the limb within 0.3 or 0.1 ms, a fifth of a substep."""

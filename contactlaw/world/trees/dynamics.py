@@ -28,7 +28,6 @@ from contactlaw.world.trees.kinematics import response_of, vector
 # (1 - x/2)/(1 + x/2), are at most half as large. Limits resist explicitly, at the velocity u + T/2 a that the last a
 # predicts: u1 = u + T a, (M + T/2 D) a1 = -D u - C (u + T/2 a). Its solutions z^n have z > -1/2 if T (D/6 + 5/3 C) < M
 LARGEST_LAG, EXPLICIT = 6.0, 10.0
-STIFF = 100.0  # damping times the step over the mass: stiffer damping is always implicit over a whole step
 
 
 def accelerate(t):
@@ -50,9 +49,7 @@ def accelerate(t):
             angular = add(to_world(tensor, e), cross(offset, s))
             p = axis.depth
             resistance = d[k, k] + (axis.resistance if axis.side != 0.0 and t.midway == 0 else 0.0)
-            own = axis.armature + dot(e, angular) + dot(s, linear)  # of what holds it, other joints may take all
-            lag = max(t.lag, t.span) if t.span * resistance > STIFF * own else t.lag
-            axis.inertia = own + held[k, k] + lag * resistance
+            axis.inertia = axis.armature + held[k, k] + dot(e, angular) + dot(s, linear) + t.lag * resistance
             m[k, p] = axis.inertia
             j, carrier = axis.parent, axis.carrier
             while j >= 0:

@@ -137,7 +137,7 @@ def end_step(t, h, more):
         accelerate(t)
     else:
         leave_placed(t)
-    t.hold = 0
+    t.hold, t.held = 0, 0.0
     for i in range(t.count):
         b = body_at(t.bodies, i)
         b.turned += abs(h) * link_at(t.links, i).rate
@@ -154,6 +154,9 @@ def drift(b, h):
     """Move a tree for h [s] without contacts, and set `shift` and `twist` of its bodies."""
     t = tree_at(b.tree, 0)
     n = t.v_size
+    if t.held == 0.0 and is_stiff(t, h):  # else a, and the answer to half a kick, would turn v round within h/2
+        t.lag = stiff_lag(t, h)
+        accelerate(t)
     apply_pending(t)
     for i in range(t.count):
         one = body_at(t.bodies, i)
@@ -187,6 +190,16 @@ def drift(b, h):
     t.stale = PLACED
 
 
+def is_stiff(t, h):
+    """Return whether the midpoint rule over a substep of h [s] would swing for long, see `dynamics`."""
+    return h * t.swing > 1.0
+
+
+def stiff_lag(t, h):
+    """Return s [s] of M + s D, with which no velocity loses more than a share in a substep of h [s]."""
+    return h / LARGEST_DECAY - 1.0 / t.decay
+
+
 def predict_midpoint(t, h):
     """Find mass matrix and accelerations for the next substeps of h [s], at the middle of the kicks that end these.
 
@@ -207,8 +220,8 @@ def predict_midpoint(t, h):
     t.hold = int(max(min(HOLD, longest / h), 1.0)) if t.held == h else 1
     kicks, known = (0.5 * t.hold, 0.5) if t.held > 0.0 else (1.0, 1.0)  # half a kick of the first substep is known
     t.held = h
-    stiff = h * t.swing > 1.0
-    t.lag = h / LARGEST_DECAY - 1.0 / t.decay if stiff else 0.5 * h * t.hold
+    stiff = is_stiff(t, h)
+    t.lag = stiff_lag(t, h) if stiff else 0.5 * h * t.hold
     half = 0.5 * h * (t.hold + 1)
     q, v, a, x = vector(t.q, t.q_size), vector(t.v, n), vector(t.a, n), vector(t.x, n)
     push, q0, v0 = vector(t.kick_v, n), vector(t.room, t.q_size), vector(t.room + 8 * t.q_size, n)
