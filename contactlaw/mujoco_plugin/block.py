@@ -37,6 +37,7 @@ HEAD = record(
     sense="u8",  # address of `sense`, 0: no sensors
     world="u8",  # address of its `records.WORLD`
     start="u8",  # address of the state at the start of the step
+    known="i8",  # 1: all is as a step has left it, perhaps one of another mjData
     left="u8",  # of the state at the end of the last step: time, coordinates, velocities; then qacc if all slept
     given="u8",  # address of the generalised force (nv,) that compute gave last
     step_size="f8",

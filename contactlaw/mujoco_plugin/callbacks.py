@@ -54,8 +54,9 @@ def move_world(head, w, state, again):
     store(head.gravity, (0.0, 0.0, 0.0) if m.opt.disableflags & layout.NO_GRAVITY else load(m.opt.gravity))
     known, start = head.mocap_count == 0 and w.stale != 0, head.start
     known = known and checksums(head).left == end_checksum(head, shifted(start, 1), shifted(start, 1 + head.nq))
+    head.known = 1 if known else 0
     for i in range(head.free_count):
-        free.read_free(head, free_at(head.frees, i), known)
+        free.read_free(head, free_at(head.frees, i))
         if head.tree_count > 0 and body_at(w.bodies, 1 + i).asleep == 0:
             w.stale, w.brief = 1, 1  # what is listed near it decides which trees pass: it must be what is near now
     for i in range(head.mocap_count):

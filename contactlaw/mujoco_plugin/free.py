@@ -87,11 +87,10 @@ def stays_clear(head, f):
     return left >= 0.0 and dot(moved, moved) <= left * left
 
 
-def read_free(head, f, known):
+def read_free(head, f):
     """Read position, velocity and external forces of a body at the start of the step.
 
-    known: all bodies are as a step has left them, perhaps one of another mjData. A sleeping body is read only if it is
-    not where it fell asleep; then it wakes.
+    A sleeping body is read only if it is not where it fell asleep; then it wakes.
     """
     w = world_at(head.world, 0)
     b = body_at(w.bodies, f.body)
@@ -103,7 +102,7 @@ def read_free(head, f, known):
     same = same_as_left(head, f)
     if same and b.asleep != 0 and b.touched == 0:
         return
-    placed = not (known or same)
+    placed = not (head.known != 0 or same)
     if b.oriented != 0:  # the rounding of its flight depends on when its near pairs are predicted
         w.age, w.stale = AGED, max(w.stale, f.unguarded)
     if placed:

@@ -112,7 +112,7 @@ def find_tree(head, j, t):
         copy(floats(d.xquat, 4 * j.base, 4), t.base_turn)
         if not is_static(body_at(w.bodies, t.hangs_on)):
             report_towed(head, w, j, t)
-    placed = 0 if is_as_left(head, j, t) else 1
+    placed = 0 if head.known != 0 or is_as_left(head, j, t) else 1
     for i in range(t.count):
         body_at(t.bodies, i).placed = placed
     w.stale = max(w.stale, placed)

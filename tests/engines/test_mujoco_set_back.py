@@ -201,6 +201,21 @@ def test_trees_set_back_at_any_step_go_on_to_the_bit(name):
     goes_on_after_resets(model, data, 600)
 
 
+def test_a_tree_with_the_spring_of_a_tendon_goes_on_to_the_bit_while_something_presses_it():
+    """Its velocities follow that spring from step to step; set back it was held to have been moved by the user."""
+    arm = """<body pos='0 0 .2'><joint name='one' axis='0 1 0'/><geom type='capsule' fromto='0 0 0 .2 0 0' size='.02'/>
+    <body pos='.2 0 0'><joint name='two' axis='0 1 0'/><geom type='capsule' fromto='0 0 0 .2 0 -.05' size='.02'/></body>
+    </body>"""
+    spring = """</worldbody><tendon><fixed stiffness='20' damping='.05'><joint joint='one' coef='1'/>
+    <joint joint='two' coef='-.5'/></fixed></tendon><worldbody>"""
+    model = law_for(arm + spring, option="timestep='1e-3'")
+    data, saved = mujoco.MjData(model), []
+    for _ in range(400):
+        mujoco.mj_step(model, data)
+        saved.append(state_of(model, data))
+    goes_on_from_all(model, saved, 3)
+
+
 def test_a_tree_that_a_ball_falls_past_goes_on_to_the_bit():
     """So must whether it passes by a body that is near enough to be listed, and no nearer."""
     model = law_for(

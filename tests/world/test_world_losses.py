@@ -24,12 +24,14 @@ MASS = DENSITY * 4.0 / 3.0 * pi * RADIUS**3
 INERTIA = 0.4 * MASS * RADIUS**2
 
 
-def rolling_ball(speed: float, slope: float = 0.0, tree: bool = False, resistance: float = RESISTANCE) -> World:
+def rolling_ball(
+    speed: float, slope: float = 0.0, tree: bool = False, resistance: float = RESISTANCE, timestep: float = 2e-3
+) -> World:
     """A steel ball that rolls along x on a plane, downhill where that has a slope."""
     angle = atan(slope)
     pair = ContactPair("steel", "steel", 0.3, 0.5, rolling_resistance=resistance)
     height = RADIUS - static_overlap(pair, MASS * GRAVITY * cos(angle), RADIUS)
-    world = World(gravity=(GRAVITY * sin(angle), 0.0, -GRAVITY * cos(angle)), timestep=2e-3)
+    world = World(gravity=(GRAVITY * sin(angle), 0.0, -GRAVITY * cos(angle)), timestep=timestep)
     if tree:
         chain = Chain([Link(MASS, INERTIA)], free=True)
         place = [0.0, 0.0, height, 1.0, 0.0, 0.0, 0.0]
@@ -77,6 +79,17 @@ def test_on_a_gentle_slope_it_stands_and_on_a_steeper_one_it_rolls() -> None:
     world = rolling_ball(0.0, 2.0 * RESISTANCE)
     world.step(500)
     assert world.velocity[0, 0] == pytest.approx(-slowing(2.0 * RESISTANCE) * 1.0, rel=1e-2)
+
+
+def test_uphill_it_turns_back_within_a_step() -> None:
+    """It slows by gravity and resistance, which then act against each other; the spring between takes 1 um of way."""
+    slope, resistance, time = 0.18, 0.05, 0.8
+    pull = GRAVITY * cos(atan(slope)) / 1.4
+    for speed in np.linspace(0.3, 0.7, 9):
+        world = rolling_ball(-speed, slope, resistance=resistance, timestep=1e-2)
+        world.step(round(time / 1e-2))
+        back = time - speed / (pull * (slope + resistance))
+        assert world.velocity[0, 0] == pytest.approx(pull * (slope - resistance) * back, abs=4e-4)
 
 
 def test_without_resistance_it_rolls_for_ever() -> None:

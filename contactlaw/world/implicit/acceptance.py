@@ -142,7 +142,10 @@ def motion_of(w, bodies, pairs):
 
 
 def changes_regime(w, pairs):
-    """Return whether a contact parts, touches what sleeps, or begins to stick after sliding or spinning as a whole."""
+    """Return whether a contact parts, touches what sleeps, begins to stick or to roll back.
+
+    It sticks after sliding or spinning as a whole, and rolls back if rolling resistance is at its limit there.
+    """
     for i in range(pairs):
         r = row_at(w.rows, i)
         if r.fresh != 0:
@@ -151,8 +154,10 @@ def changes_regime(w, pairs):
                 return True
         if r.slot >= 0 and r.fresh == 0:
             c = contact_at(w.contacts, r.slot)
-            start, now = contact_at(w.saved_contacts, r.slot).touch, c.touch
-            if now.overlap <= 0.0 and start.overlap > 0.0:
+            saved = contact_at(w.saved_contacts, r.slot)
+            start, now = saved.touch, c.touch
+            bent_back = saved.bending[0] * c.bending[0] + saved.bending[1] * c.bending[1] < 0.0
+            if (now.overlap <= 0.0 and start.overlap > 0.0) or (bent_back and c.rolled[2] < 1.0):
                 return True
             far = force.slide_to_slip(now)
             reverses = now.f * r.slide[0] + now.g * r.slide[1] < 0.0 or start.f * now.f + start.g * now.g < 0.0
