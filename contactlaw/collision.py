@@ -28,9 +28,10 @@ class Body:
     """A body whose centre of mass lies on the contact normal: a ball, or a puck cut from a ball.
 
     Attributes:
-        mass: Mass [kg]; inf: fixed.
+        mass: Mass [kg]; inf: its centre is held fast.
         radius: Distance from the centre of mass to the contact [m]; inf: a plane.
-        inertia: Moment of inertia about the tangential axes [kg m^2]; None: a solid ball, 2/5 M R^2.
+        inertia: Moment of inertia about the tangential axes [kg m^2]; None: a solid ball, 2/5 M R^2, which does not
+            turn if it is held. A body that is held and has one is a wheel on its bearing.
         velocity: Velocity of the centre of mass [m/s], shape (3,).
         spin: Angular velocity [rad/s], shape (3,).
     """
@@ -56,9 +57,9 @@ class Body:
     @property
     def inverse_inertia(self) -> float:
         """1/I [1/(kg m^2)]."""
-        if isinf(self.mass):
-            return 0.0
-        return 1.0 / (0.4 * self.mass * self.radius**2 if self.inertia is None else self.inertia)
+        if self.inertia is not None:
+            return 1.0 / self.inertia
+        return 0.0 if isinf(self.mass) else 1.0 / (0.4 * self.mass * self.radius**2)
 
 
 @dataclass(frozen=True, eq=False)

@@ -251,6 +251,15 @@ def test_frictionless_impact_leaves_tangential_motion_alone() -> None:
     assert np.isnan(out.psi_2)
 
 
+def test_a_wheel_on_its_bearing_takes_the_spin_that_the_ball_loses() -> None:
+    """Angular momentum about the axle is conserved; the bearing takes the rest."""
+    ball, wheel = Body(0.01, 0.01, velocity=(2.0, 0.0, -1.0)), Body(inf, 0.05, inertia=2e-5, spin=(0.0, -3.0, 0.0))
+    after = collide(ContactPair(STEEL, STEEL, 0.2), ball, wheel)
+    swing = ball.mass * (after.velocity_a[0] - 2.0) * (0.01 + 0.05) + 0.4 * ball.mass * 1e-4 * after.spin_a[1]
+    assert wheel.inertia * (after.spin_b[1] + 3.0) == pytest.approx(-swing, rel=1e-12)
+    assert not after.velocity_b.any() and after.spin_b[1] > -3.0
+
+
 def test_effective_radius_comes_from_the_bodies_unless_the_pair_has_one() -> None:
     a, b = replace(SHAPES["ball on ball"][0], velocity=(0.0, 0.0, -1.0)), SHAPES["ball on ball"][1]
     from_bodies = collide(ContactPair(STEEL, STEEL, 0.1), a, b)
