@@ -117,6 +117,22 @@ def test_a_damped_bounce_is_the_same_wherever_in_a_short_step_it_begins(steps: i
     assert speed == pytest.approx(0.5, rel=1e-4)
 
 
+@pytest.mark.parametrize("early", [0.0, 1e-9, 1e-6, 0.5])
+def test_a_ball_on_the_floor_meets_a_wall_at_the_very_end_of_a_substep(early: float) -> None:
+    """The substeps are those of the floor's contact: one ends where rounding has the wall begin. early: [steps]."""
+    radius, speed, timestep = 0.026, 1.7, 1e-3
+    resin = Material(5.84e9, 0.34)
+    world = World(timestep=timestep)
+    start = -radius - speed * timestep * (10.0 - early)
+    ball = world.add_body(0.14, 0.4 * 0.14 * radius**2, (start, 0.0, radius), (speed, 0.0, 0.0))
+    shape = world.add_sphere(ball, radius)
+    world.add_contact(shape, world.add_plane(None, *FLOOR), ContactPair(resin, resin, 0.0, 0.5))
+    wall = world.add_plane(None, (0.0, 0.0, 0.0), (-1.0, 0.0, 0.0))
+    world.add_contact(shape, wall, ContactPair(resin, resin, 0.0, 0.98))
+    world.step(14)
+    assert -world.velocity[ball, 0] / speed == pytest.approx(0.98, abs=3e-5)
+
+
 def test_a_damped_crowd_is_as_right_as_the_docstring_says():
     """Fifteen balls that a cue ball breaks at 8 m/s, against 400 substeps; no contact coasts in an impact,
     so that more substeps come closer."""
