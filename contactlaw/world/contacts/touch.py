@@ -31,8 +31,8 @@ SMALL_TURN = 1e-3
 # least s of `ends.single_end` as a damped force ends: the correction is then at most 3.7 substeps of the force before
 # it, whatever has torn the bodies apart
 SUDDEN = 0.02
-# share of a substep for which an impact may have been under way and yet begins at its end: what `ends` adds for a damper
-# grows out of a force that is nearly zero there, and is lost if the step ends with this substep
+# share of a substep for which an impact may have been under way and yet begins at its end: what `ends` adds for a
+# damper grows out of a force that is nearly zero there, and is lost if the step ends with this substep
 BARELY = 1e-3
 TOUCHING = 1e-10  # overlap or gap that counts as zero, over the effective radius
 
