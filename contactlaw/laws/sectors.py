@@ -167,24 +167,25 @@ def energy_of(force, hold):
 def fit(contact, span, limit_out, added_out, whole):
     """Compute the limits of the rings, and their forces under unit displacement and unit twist; return the limits' sum.
 
-    whole: mu P over the span [N/m], to which they are scaled, unless the centre of no cell is in contact.
+    whole: mu P over the span [N/m], to which they are scaled. A cell is in contact if its middle is; the innermost one
+    has at least the mean depth of a contact that ends within it, which else would have no friction.
     """
     overlap, before, s2 = contact.overlap, contact.before, span * span / contact.radius
+    centre = 2.0 / 3.0 * overlap * min(RINGS * sqrt(overlap / s2), 1.0)
     rate = 1.0 / (overlap - before) if overlap > before else 1e300
     load = 0.0
     for j in range(RINGS):
         limit_out[j], added_out[0, j], added_out[1, j] = 0.0, 0.0, 0.0
         for i in range(j, RINGS):
-            z = max(overlap - s2 * LINE[i] * LINE[i], 0.0)
+            z = max(overlap - s2 * LINE[i] * LINE[i], centre if i == 0 else 0.0)
             part = min(z * rate, 1.0)
             limit_out[j] += SLIDE[j, i] * z
             added_out[0, j] += SLIDE[j, i] * part
             added_out[1, j] += SWIRL[j, i] * part
         load += limit_out[j]
-    share = whole / load if load > 0.0 else 0.0
     for j in range(RINGS):
-        limit_out[j] *= share
-    return max(share * load, 1e-300)
+        limit_out[j] *= whole / load
+    return max(whole, 1e-300)
 
 
 @jit_of_sums

@@ -171,3 +171,19 @@ def test_a_ball_that_pivots_within_a_long_step_does_not_pivot_back(timestep: flo
         before = world.energy.total
     assert abs(world.spin[0, 2]) < 1e-3
     assert world.spin[0, 1] == pytest.approx(0.07 / RADIUS, rel=1e-3)
+
+
+def test_friction_of_what_slides_and_spins_begins_with_the_impact() -> None:
+    """However little of a substep is left then: a contact that is smaller than its innermost ring has friction too."""
+    resin, radius, mass, substep = Material(5.84e9, 0.34), 0.026, 0.14, 3.5e-6
+
+    def after(share: float) -> np.ndarray:
+        world = World(gravity=0.0, timestep=substep)
+        place, turn = (0.0, 0.0, radius + 1.7 * substep * (1.0 - share)), (0.0, 66.0, -38.0)
+        ball = world.add_body(mass, 0.4 * mass * radius**2, place, (0.0, 1.0, -1.7), spin=turn)
+        pair = ContactPair(resin, resin, friction=0.14, restitution=0.5)
+        world.add_contact(world.add_sphere(ball, radius), world.add_plane(None, (0, 0, 0), (0, 0, 1)), pair)
+        world.step(130)
+        return world.velocity[ball]
+
+    assert after(0.02) == pytest.approx(after(0.5), abs=1e-5)
