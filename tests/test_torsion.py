@@ -40,7 +40,7 @@ class Contact:
         t.before, t.overlap = t.overlap, overlap
         press(t, self.pair, 0.0)
         if spun:
-            advance(self.torsion, t, self.pair, law, self.memory, (slide, 0.0, angle), t.before, 0.0)
+            advance(self.torsion, t, self.pair, law, self.memory, (slide, 0.0, angle), (angle, t.before), 0.0)
         else:
             ask(t, self.pair, law, self.memory, slide, 0.0, 0.0)
 

@@ -106,7 +106,7 @@ def _march(way, p, overlap, place, header, memory, own, states, out):
             held = state.stored
         else:
             if way == 1:
-                torsion.advance(state, c, pair, law, memory, moved, c.before, 0.0)
+                torsion.advance(state, c, pair, law, memory, moved, (moved[2], c.before), 0.0)
             else:
                 ask(c, pair, law, memory, moved[0], moved[1], 0.0)
             held = ask_energy(pair, c, law, memory) + torsion.stored(state, c, pair.g_t)

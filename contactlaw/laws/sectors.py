@@ -355,11 +355,11 @@ def hand_over(contact, state, memory, modulus):
     contact.state, contact.scale = SPRUNG, state.span
 
 
-def advance_spinning(c, memory, numbers, moved, since, dt, roomy, dashpot):
+def advance_spinning(c, memory, numbers, moved, turned, dt, roomy, dashpot):
     """Update force and moment of contact c of a world that spins, after its normal force; called by address.
 
     Where its law allows, sectors follow a contact from its touch, until it is a persistent contact or the span of its
-    rings no longer fits. memory, numbers: addresses of the law's history and of the pair's numbers. moved, since, dt:
+    rings no longer fits. memory, numbers: addresses of the law's history and of the pair's numbers. moved, turned, dt:
     as for `torsion.advance`. roomy: whether sectors may begin. dashpot: spin of A over B [rad/s] and effective moment
     of inertia [kg m^2], of a dashpot about the normal; inertia 0: none.
     """
@@ -376,7 +376,7 @@ def advance_spinning(c, memory, numbers, moved, since, dt, roomy, dashpot):
     if t.state == SPUN:
         advance(t, c.torsion, carray(doubles_at(memory), (2, RINGS, SECTORS)), pair.g_t, moved)
     else:
-        left = torsion.advance(c.torsion, t, pair, law, own, moved, since, dt)
+        left = torsion.advance(c.torsion, t, pair, law, own, moved, turned, dt)
     rate, inertia = dashpot
     if inertia > 0.0:  # critical, within the limit of the moment: a stuck contact would oscillate for ever
         radius = sqrt(t.radius * t.overlap)

@@ -80,36 +80,39 @@ def spread(inner, outer):
     return 2.1615 * ratio * (1.0 - 0.423 * ratio * ratio) * (1.0 + middle * (0.2736 + 0.2972 * middle))
 
 
-def advance(state, contact, pair, law, memory, moved, since, dt):
+def advance(state, contact, pair, law, memory, moved, turned, dt):
     """Update force and moment of a contact that slides and spins; return the friction that is left for the moment.
 
     state: `TORSION`. contact: with the normal forces of this step. pair, law, memory, dt: as for `record.ask_force`.
-    moved: displacement du, dv [m] of A relative to B over this step, and angle [rad] since the overlap was `since` [m].
+    moved: displacement du, dv [m] and rotation [rad] of A relative to B over this step; turned: rotation that the rings
+    have not followed yet, this step's included, and overlap [m] where it began. The limits are those of the motion in
+    one step: a slide of one step beside the rotation of several would be too slow for its friction.
     """
+    angle, since = turned
     left = limits(state, contact, *moved)
     own, twists, span = memory[: 2 * int(pair.vectors)], state.twists[:], state.span
-    was, turned, f, g, m, gain = own, twists, contact.f, contact.g, state.moment, 0.0
+    was, angles, f, g, m, gain = own, twists, contact.f, contact.g, state.moment, 0.0
     lowered = left[0] * left[1] < 1.0 and contact.state >= SPRUNG
     if lowered and contact.overlap >= contact.before:
-        was, turned = own.copy(), twists.copy()
+        was, angles = own.copy(), twists.copy()
         gain = ask_energy(pair, contact, law, memory) + stored(state, contact, pair.g_t)
     contact.friction = left[0] * contact.mu
     ask(contact, pair, law, memory, moved[0], moved[1], dt)
     before, contact.before = contact.before, since
-    twist(state, contact, pair.g_t, moved[2], left[1] * contact.mu)
+    twist(state, contact, pair.g_t, angle, left[1] * contact.mu)
     contact.before = before
     if lowered and contact.overlap >= before and contact.state >= SPRUNG and state.span == span:
         gain -= ask_energy(pair, contact, law, memory) + stored(state, contact, pair.g_t)
-        gain += 0.5 * ((f + contact.f) * moved[0] + (g + contact.g) * moved[1] + (m + state.moment) * moved[2])
+        gain += 0.5 * ((f + contact.f) * moved[0] + (g + contact.g) * moved[1] + (m + state.moment) * angle)
         if gain < 0.0:  # move towards the reversed tractions of the start of the step
             own += was
-            twists += turned
+            twists += angles
             both = ask_energy(pair, contact, law, memory) + stored(state, contact, pair.g_t)
             part = max(1.0 + gain / max(both, 1e-300), 0.0)
             own *= part
             own -= was
             twists *= part
-            twists -= turned
+            twists -= angles
             contact.f, contact.g = part * (contact.f + f) - f, part * (contact.g + g) - g
             state.moment = part * (state.moment + m) - m
     return left[1] * contact.mu

@@ -83,6 +83,27 @@ def test_a_crowd_that_pivots_slows_as_one_contact_does() -> None:
     assert world.spin[:, 2].min() > 0.0
 
 
+@pytest.mark.parametrize("crowd", [0, 4])
+@pytest.mark.parametrize(("load", "drift"), [(0.034, 0.02887), (0.8, 0.8138)])
+def test_what_pivots_drifts_under_a_load_as_a_hertz_contact_slipping_everywhere(
+    load: float, drift: float, crowd: int
+) -> None:
+    """Among many contacts too, which follow spin in every eighth substep; load: over mu P, drift: over omega a.
+
+    By the sum of Coulomb's tractions mu p(r) against v + omega r over the contact; little load: 8/(3 pi) load.
+    """
+    rate, pair = 5.0, steel(0.1)
+    world = World(timestep=2e-4, gravity=(load * 0.1 * GRAVITY, 0.0, -GRAVITY), crowd=crowd)
+    floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    foot = world.add_body(1.0, (1e6, 1e6, 1.0), (0.0, 0.0, RADIUS), spin=(0.0, 0.0, rate))  # does not roll
+    world.add_contact(world.add_sphere(foot, RADIUS), floor, pair)
+    world.step(500)
+    start = world.position[foot, 0]
+    world.step(500)
+    width = sqrt(RADIUS * static_overlap(pair, GRAVITY, RADIUS))
+    assert (world.position[foot, 0] - start) / 0.1 == pytest.approx(drift * rate * width, rel=2e-3)
+
+
 def test_without_friction_a_ball_pivots_for_ever() -> None:
     world = pivoting(0.4, friction=0.0)
     world.step(200)

@@ -57,9 +57,8 @@ def advance_contact(w, c, slot, moved, slide, dt, motion):
             mobility = dot(n, spin_change(body_at(w.bodies, c.body_a), n))
             mobility += dot(n, spin_change(body_at(w.bodies, c.body_b), n))
             inertia = 1.0 / mobility
-        since = c.twist_overlap if c.twist_overlap > 0.0 else t.before
-        turned, dashpot = (du, dv, c.pending_twist), (slide[2], inertia)
-        call_spin(address(w, SPIN), c, own, numbers, turned, since, dt, w.twists == TWIST_ALWAYS, dashpot)
+        turned = c.pending_twist, c.twist_overlap if c.twist_overlap > 0.0 else t.before
+        call_spin(address(w, SPIN), c, own, numbers, moved, turned, dt, w.twists == TWIST_ALWAYS, (slide[2], inertia))
         c.pending_twist, c.twist_overlap = 0.0, 0.0
     else:
         ask(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, du, dv, dt)

@@ -48,7 +48,7 @@ call_start_coasting: Any = caller(types.int64(WORLD_TYPE, types.int64, types.int
 call_coast: Any = caller(types.int64(WORLD_TYPE, types.int64, types.int64, PAIR, types.boolean))
 call_step: Any = caller(types.boolean(WORLD_TYPE, NUMBER, types.int64))
 call_read: Any = caller(types.int64(WORLD_TYPE, types.uint64, types.int64))
-call_spin: Any = caller(types.void(CONTACT_TYPE, *ADDRESSES, VECTOR, NUMBER, NUMBER, types.boolean, PAIR))
+call_spin: Any = caller(types.void(CONTACT_TYPE, *ADDRESSES, VECTOR, PAIR, NUMBER, types.boolean, PAIR))
 call_for: Any = caller(types.void(types.int64))
 call_later: Any = caller(types.int32(*ADDRESSES))
 
