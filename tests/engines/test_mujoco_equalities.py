@@ -148,3 +148,35 @@ def test_a_joint_damped_hard_holds_still_in_a_contact_of_what_is_welded():
         mujoco.mj_step(model, data)
         fastest = max(fastest, abs(float(data.joint("lift").qvel[0])))
     assert fastest < 1e-3
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "RK4"])
+@pytest.mark.parametrize("timeconst", [2e-3, 2e-2])
+def test_a_balance_that_connects_close_moves_as_freely_as_rigid_joints(timeconst: float, integrator: str):
+    """Roberval's: two beams, and pans that they keep upright; 0.2 kg more on one side, off the middle of its pan.
+
+    Connects as hard as the engine allows in steps of 1 ms damped each joint by itself: it moved at 0.08 of its speed.
+    """
+    arm, more = 0.2, 0.2
+    beam = f'<geom type="box" size="{arm} .005 .005" mass=".1" {UNSEEN}/>'
+    pans = "".join(
+        f'<body pos="{side * arm} 0 0"><joint axis="0 1 0"/><site name="foot{side}" pos="0 0 -.1"/>'
+        f'<geom name="pan{side}" type="box" size=".12 .05 .005" pos="0 0 .03" mass=".2"/></body>'
+        for side in (-1, 1)
+    )
+    loads = "".join(
+        f'<body pos="{place} 0 .355"><freejoint/><geom name="load{mass}" type="box" size=".02 .02 .02" mass="{mass}"/>'
+        "</body>"
+        for place, mass in ((arm, 1.0), (-arm - 0.05, 1.0 + more))
+    )
+    ends = "".join(f'<site name="end{side}" pos="{side * arm} 0 0"/>' for side in (-1, 1))
+    ties = "".join(f'<connect site1="foot{s}" site2="end{s}" solref="{timeconst} 1"/>' for s in (-1, 1))
+    scene = f"""<mujoco><option timestep="1e-3" integrator="{integrator}"/><worldbody>
+        <body pos="0 0 .3"><joint name="beam" axis="0 1 0"/>{beam}{pans}</body>
+        <body pos="0 0 .2"><joint axis="0 1 0"/>{beam}{ends}</body>{loads}</worldbody>
+        <equality>{ties}</equality></mujoco>"""
+    model = load_model(scene, [("load*", "pan*", RUBBER)])
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 300)
+    moved = 2.0 + more + 0.4 + 2.0 * 0.1 / 3.0 * (1.0 + (0.005 / arm) ** 2)  # masses, and both beams at their ends
+    assert data.joint("beam").qvel[0] * arm == pytest.approx(-0.3 * more * 9.81 / moved, rel=0.01)
