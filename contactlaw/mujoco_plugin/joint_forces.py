@@ -209,12 +209,14 @@ def follow_tendons(head, t, change):
     """Let a tree have half a step of a change of forces; its mass matrix and damping are those of the start.
 
     So springs of tendons act by their mean over the step (velocity Verlet): in bounces without loss they give
-    omega^2 h^2/3 of the energy; forces held from the start would give omega^2 h^2/2 of it in each step.
+    omega^2 h^2/3 of the energy; forces held from the start would give omega^2 h^2/2 of it in each step. An implicit
+    step of one stage would give none, and lose all of this.
     """
     v = vector(t.v, t.v_size)
     solve(t, change)
     for k in range(t.v_size):
         v[k] += head.lag * change[k]
+        t.followed = 1 if change[k] != 0.0 else t.followed
 
 
 def read_equalities(head, j, t):

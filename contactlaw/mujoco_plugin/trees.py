@@ -156,7 +156,7 @@ def read_tree(head, j, t):
     f, v, damping, springs = vector(t.f, n), vector(t.v, n), vector(t.d, (n, n)), vector(t.springs, (n, n))
     coordinates, velocities = places_in(head, head.start)
     store(t.gravity, load(head.gravity))
-    t.coupled = 0
+    t.coupled, t.followed = 0, 0
     gather(head, coordinates, j.q, vector(t.q, t.q_size))
     gather(head, places_in(head, last_state(head))[1], j.v, vector(t.v_f, n))
     for i in range(n):

@@ -91,6 +91,7 @@ TREE = record(
     springs="u8",  # half a step times the stiffness of springs, a part of D: see `mujoco_plugin.joint_forces`
     e="u8",  # inertia by which soft constraints resist acceleration, constant over a step; as D
     coupled="i8",  # 1: D or E has entries off the diagonal
+    followed="i8",  # 1: velocities have followed a change of forces in this step, for two stages or substeps
     x="u8",  # (v_size,), argument and result of these functions
     pending="u8", kicked="i8",  # (v_size,), generalised impulses not yet applied to v; 1: there are some
     kick_v="u8",  # (v_size,), change of v by impulses since its last drift

@@ -116,15 +116,18 @@ def whirls(s, a, n, spin, time):
 def motion_of(w, bodies, pairs):
     """Return how many stages an island takes, and whether it is steady and slides at the start of the step.
 
-    One stage: it has a tree, and no contact slides as a whole by more than its springs yield. Steady: no contact moves
-    along its normal, nor do its bodies (after an implicit step, a contact knows the mean speed in that step only), so
-    its force hardly changes; never with trees, where actuators and joints make the forces at the start a bad first
-    guess. Slides: it is steady, and all closed contacts slide as a whole, against friction, and are those of balls and
-    corners: on sides, edges and rims a contact runs along with tilt, which Newton's matrix hardly knows.
+    One stage: it has a tree, whose velocities have not followed forces as two stages need it (`TREE.followed`), and no
+    contact slides as a whole by more than its springs yield. Steady: no contact moves along its normal, nor do its
+    bodies (after an implicit step, a contact knows the mean speed in that step only), so its force hardly changes;
+    never with trees, where actuators and joints make the forces at the start a bad first guess. Slides: it is steady,
+    and all closed contacts slide as a whole, against friction, and are those of balls and corners: on sides, edges and
+    rims a contact runs along with tilt, which Newton's matrix hardly knows.
     """
-    jointed, slips = False, False
+    jointed, twice = False, False
     for i in range(bodies):
-        jointed = jointed or body_at(w.bodies, whole_at(w.island_bodies, i)).tree != 0
+        b = body_at(w.bodies, whole_at(w.island_bodies, i))
+        jointed = jointed or b.tree != 0
+        twice = twice or (b.tree != 0 and tree_at(b.tree, 0).followed != 0)
     steady, slides = not jointed, not jointed
     for i in range(pairs):
         r = row_at(w.rows, i)
@@ -137,8 +140,8 @@ def motion_of(w, bodies, pairs):
             runs = shape_at(w.shapes, c.shape_a).kind >= SEGMENT
             slides = slides and slipping and c.touch.friction != 0.0 and not runs
             way = w.step * norm(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)))
-            slips = slips or (slipping and way > force.slide_to_slip(c.touch))
-    return 1 if jointed and not slips else 2, steady, steady and slides
+            twice = twice or (slipping and way > force.slide_to_slip(c.touch))
+    return 1 if jointed and not twice else 2, steady, steady and slides
 
 
 def changes_regime(w, pairs):
