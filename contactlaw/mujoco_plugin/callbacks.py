@@ -52,7 +52,7 @@ def move_world(head, w, state, again):
     m, w.step, w.age, w.brief = model_at(head.model, 0), head.step_size, 0, 0
     head.lag = 0.5 * m.opt.timestep if head.start == last_state(head) else 0.0  # by Runge-Kutta there is no lag
     store(head.gravity, (0.0, 0.0, 0.0) if m.opt.disableflags & layout.NO_GRAVITY else load(m.opt.gravity))
-    known, start = head.mocap_count == 0 and w.stale != 0, head.start
+    known, start = w.stale != 0, head.start
     known = known and checksums(head).left == end_checksum(head, shifted(start, 1), shifted(start, 1 + head.nq))
     head.known = 1 if known else 0
     for i in range(head.free_count):
@@ -193,8 +193,8 @@ def load_world(head, w, state):
     if ready(w, READ_STATE):
         dropped = read_state(w, state[head.row :])
         head.token, head.idle = known.token, 0
-        if head.token != 0.0 and known.content != 0.0 and known.content != as_float(types.uint64(head.content)):
-            w.edited = RESIZED  # any number of the model may be another one
+        if head.token != 0.0 and known.content != 0.0:  # RESIZED: any number of the model may be another one
+            w.edited = 0 if known.content == as_float(types.uint64(head.content)) else RESIZED
     if head.token == 0.0:  # after a reset all bodies count as moved by the user: initial overlaps must be found
         left = floats(head.left, 1, head.nq)
         for i in range(head.nq):

@@ -17,6 +17,7 @@ from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_module
 from contactlaw.memory import doubles_at, set_whole
+from contactlaw.world.bodies.motion import is_static
 from contactlaw.world.contacts.touch import add_to_ledger, has_parted, new_slot
 from contactlaw.world.data.access import axis_at, body_at, contact_at, link_at, near_at, pair_at, shape_at, tree_at
 from contactlaw.world.data.materials import friction_of, law_of, memory_of
@@ -125,7 +126,7 @@ def read(w, address, count):
         if row[at] <= 0.0:
             b.pause, b.last_pause = int(-row[at]) % PAUSE_LIMIT, int(-row[at]) // PAUSE_LIMIT
         elif b.active != 0 or b.tree != 0:
-            b.asleep = 1
+            b.asleep, b.still = 1, 1
             copy(row[at + 1 : at + SLEEP], b.held)
         at += SLEEP
     for i in range(w.pair_count):
@@ -145,6 +146,7 @@ def clear_state(w):
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         b.asleep, b.active, b.pause, b.last_pause = 0, 0, 0, 0
+        b.still = 1 if is_static(b) else 0  # of one that slept it would count as if it could not leave its place
         clear(b.held)
     for i in range(w.pair_count):
         clear(pair_at(w.pairs, i).ledger)

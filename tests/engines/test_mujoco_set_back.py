@@ -231,3 +231,45 @@ def test_a_tree_that_a_ball_falls_past_goes_on_to_the_bit():
 def law_for(bodies, floor="type='plane' size='1 1 1'", option="timestep='2e-3'"):
     text = f"<mujoco><option {option}/><worldbody><geom {floor}/>{bodies}</worldbody></mujoco>"
     return load_model(text, [("*", "*", steel_pair(friction=0.3, restitution=0.5))])
+
+
+ARM = (
+    "<body pos='.01 0 .06'><joint pos='-.08 0 0' axis='0 1 0'/>"
+    "<geom type='ellipsoid' size='.01 .015 .018' density='1100'/></body>"
+)
+LED = "<body name='led' mocap='true' pos='.3 0 .05'><geom type='box' size='.02 .3 .05'/></body>"
+
+
+@pytest.mark.parametrize("edited", [False, True], ids=["as it was", "after an edit that was undone"])
+def test_data_in_which_bodies_sleep_go_on_to_the_bit_from_states_before(edited):
+    """An arm that falls on the floor, or lies there; what slept, or was woken by the edit, counted as such."""
+    floor, option = "type='box' size='1 1 .05' pos='0 0 -.05'", "timestep='4e-3' integrator='implicit'"
+    model = law_for(ARM + BOX.format(0.3, 0.03), floor, option)
+    data, saved = mujoco.MjData(model), []
+    for _ in range(600):
+        saved.append(state_of(model, data))
+        mujoco.mj_step(model, data)
+    assert not data.qvel.any()
+    mass = model.body_mass.copy()
+    for number in (*range(0, 40, 2), 500):
+        if edited:
+            model.body_mass[1] *= 1.5
+            mujoco.mj_step(model, data)
+            model.body_mass[:] = mass
+        mujoco.mj_setState(model, data, saved[number], WHOLE)
+        mujoco.mj_step(model, data)
+        assert np.array_equal(state_of(model, data), saved[number + 1]), number
+        mujoco.mj_setState(model, data, saved[-1], WHOLE)
+        mujoco.mj_step(model, data)
+
+
+def test_what_sleeps_beside_a_body_that_is_led_sleeps_on_in_other_data():
+    model = law_for(LED + BOX.format(0.1, 0.03) + "<body pos='0 0 2'><freejoint/><geom size='.01'/></body>")
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 500)
+    assert not data.qvel[:6].any()
+    saved, other = state_of(model, data), mujoco.MjData(model)
+    mujoco.mj_setState(model, other, saved, WHOLE)
+    for one in (data, other):
+        mujoco.mj_step(model, one, 2)
+    assert np.array_equal(state_of(model, other), state_of(model, data))
