@@ -180,3 +180,17 @@ def test_what_rests_on_a_body_that_is_placed_elsewhere_falls_from_the_first_step
         step(callback)
         speed = p.getJointState(body, 0, client)[1] if jointed else p.getBaseVelocity(body, client)[0][2]
         assert speed == pytest.approx((count + 0.5) * fall / 240, rel=1e-3)  # half a step behind, as Bullet keeps it
+
+
+def test_what_sleeps_on_a_body_whose_contact_is_removed_falls_from_the_next_step(client: int) -> None:
+    """With a contact of its own that is added anew: it was taken over as asleep, and hung in the air."""
+    floor, bodies = plane(client), [ball(client, [x, 0, RADIUS + 1e-4]) for x in (0.0, 0.2)]
+    callback, handle = in_contact(client, bodies, floor, pair_of(restitution=0.5), dt=1 / 240, gravity=G)
+    step(callback, 240)
+    assert callback._scene.bodies.arrays.bodies["asleep"][1:3].all()
+    callback.remove_contact(handle)
+    p.removeBody(floor, client)
+    callback.add_contact(*bodies, pair_of())
+    step(callback, 24)
+    for body in bodies:
+        assert velocities(client, body)[0][2] == pytest.approx(-23.5 * G / 240, rel=1e-6)
