@@ -139,6 +139,9 @@ def holds(value: Any) -> bool:
 
 def read_side(client: int, which: str, body: Any, link: Any, there: set[int]) -> Side:
     """Check the ids of one side and read its shape; there: ids of all bodies; errors as for `read_sides`."""
+    if checks.whole(body) not in there:  # of a batch (batchPositions) the client knows the last body alone
+        p.syncBodyInfo(client)
+        there |= bodies_of(client)
     # checked first: PyBullet's getDynamicsInfo of a link that does not exist ends the process
     body = identity(f"body_{which}", body, there, "the bodies of this client")
     joints = joints_of(body, client)

@@ -329,3 +329,17 @@ def test_masses_are_those_at_the_touch(client: int) -> None:
     assert callback.state(handle).impulse[2] == pytest.approx(2.0 * 1.93, rel=1e-3)
     step(callback, 2)
     assert velocities(client, body)[0][2] == pytest.approx(0.93, abs=1e-3)
+
+
+def test_bodies_of_a_batch_have_the_law(client: int) -> None:
+    floor, places = plane(client), [[x, 0, RADIUS] for x in (0, 1, 2)]
+    batch = p.createMultiBody(
+        0.5, shape(client, p.GEOM_SPHERE, radius=RADIUS), batchPositions=places, physicsClientId=client
+    )
+    callback, _ = in_contact(client, batch, floor, pair_of())
+    step(callback, 100)
+    for body in batch:
+        height = p.getBasePositionAndOrientation(body, physicsClientId=client)[0][2]
+        assert height == pytest.approx(RADIUS, abs=1e-6)
+    with pytest.raises(ValueError, match="body_a = 9: must be one of the bodies"):
+        callback.add_contact(9, floor, pair_of())
