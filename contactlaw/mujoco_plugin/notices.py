@@ -146,7 +146,7 @@ def _runs_of(numbers: Sequence[int]) -> list[NDArray[np.int64]]:
 
 
 def update_watched(head: Any) -> dict[str, list[int]]:
-    """Copy the watched numbers of a model again; return the changed rows of each field of geoms and height fields."""
+    """Copy the watched numbers of a model again; return the changed rows of fields of bodies, geoms, height fields."""
     view, kept, places = layout.ModelView(int(head["model"])), int(head["watched"]), list[NDArray[np.int64]]()
     ranges = layout.record_at(int(head["ranges"]), np.int64, 3 * int(head["range_count"])).reshape(-1, 3)
     for start, count in _resolved(view.address, ranges):
@@ -155,7 +155,7 @@ def update_watched(head: Any) -> dict[str, list[int]]:
         was[:] = now
         kept += 8 * count
     changed, found = np.concatenate(places), dict[str, list[int]]()
-    for name in (*OF_GEOMS, *OF_FIELDS):
+    for name in (*OF_BODIES, *OF_GEOMS, *OF_FIELDS):
         own = getattr(view, name)
         rows = np.unique((changed - own.ctypes.data) // own.strides[0])
         found[name] = rows[(rows >= 0) & (rows < len(own))].tolist()

@@ -13,7 +13,7 @@ import mujoco
 from contactlaw.jit import CALLBACKS, INTERPRETED, SOURCE_STAMP, compiling, uncollected
 from contactlaw.mujoco_plugin import config, layout, notices
 from contactlaw.mujoco_plugin.block import HEAD, STARTS, free
-from contactlaw.mujoco_plugin.geoms import FLAT, UNSERVED, type_of
+from contactlaw.mujoco_plugin.geoms import FLAT, MAX_NAMES, UNSERVED, first_of, type_of
 from contactlaw.mujoco_plugin.instances import contact_instances, instances, leads, unserved_readers
 from contactlaw.mujoco_plugin.layout import record_at
 from contactlaw.mujoco_plugin.model import Model
@@ -94,7 +94,11 @@ def _rebuild_block(view: layout.ModelView, data: int) -> str:
         kinds = _checked_types(view, changed["geom_type"])
         made = _new_block(view, first)
     except Exception as error:
-        return str(error) if "plugin_state" not in str(error) else f"{kinds}: needs more room than plugin_state has"
+        if "plugin_state" in str(error):
+            return f"{kinds}: needs more room than plugin_state has"
+        named = (*notices.OF_BODIES, *notices.OF_GEOMS)
+        rows = [f"{name} of {view.label(name[:4], row)}" for name in named for row in changed[name]]
+        return str(error) if changed["geom_type"] or not rows else f"{first_of(rows, MAX_NAMES)}: {error}"
     new = record_at(made, HEAD, 1)[0]
     before, now = map(View, (old, new))
     resized = any(changed[name] for name in ("geom_type", "geom_size", *notices.OF_FIELDS))

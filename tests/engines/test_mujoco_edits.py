@@ -149,7 +149,7 @@ def test_what_cannot_be_served_is_refused_with_a_word():
     mujoco.mj_step(model, data, 20)
     size = model.geom_size[2].copy()
     model.geom_size[2] = 0.0
-    with pytest.warns(ContactWarning, match="old values: radius = 0.0: must be finite and > 0"):
+    with pytest.warns(ContactWarning, match="old values: geom_size of 'foot1': radius = 0.0: must be finite and > 0"):
         mujoco.mj_step(model, data, 2)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -375,3 +375,10 @@ def test_a_box_that_becomes_a_ball_lies_on_as_one():
         mujoco.mj_step(model, data, 300)
     assert not [one for one in said if "found in each other" not in str(one.message)]
     assert data.qpos[2] == pytest.approx(0.1, abs=5e-3)
+
+
+def test_a_mass_that_is_refused_is_named():
+    model, data = with_data(load_model(TYPED.format("sphere"), [("*", "*", ContactPair(RUBBER, RUBBER, 0.3, 0.5))]))
+    model.body_mass[1] = 0.0
+    with pytest.warns(ContactWarning, match="old values: body_mass of 1: "):
+        mujoco.mj_step(model, data, 100)
