@@ -48,6 +48,7 @@ Contacts = (
 )
 Value = float | OverSpeed | Callable[[Material, Material], float | OverSpeed]
 EVERY = "*"
+SETTINGS = ("substeps", "crowd_substeps", "rounding", "others", "overlaps", "as_native", "geom_friction")
 MAX_EXPLICIT_PAIRS = 256  # sets with more pairs are separated by contype and conaffinity first
 MAX_KINDS = 30  # bits of contype, which is a C int, without those of its sign and of `NO_CONTYPE`
 NAMED = 4  # kinds of contacts that a warning names
@@ -216,9 +217,8 @@ def _entry(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, 
         )
     ones, twos = (_geoms(spec, entry[i], f"contacts[{number}], geoms{i + 1}") for i in range(2))
     own = {**settings, **(entry[3] if len(entry) == 4 else {})}
-    unknown = set(own) - {"as_native", "others", "substeps", "crowd_substeps", "rounding", "geom_friction", "overlaps"}
-    if unknown:
-        raise TypeError(f"contacts[{number}]: there is no setting {sorted(unknown)[0]!r}")
+    for name in own:
+        checks.one_of(f"contacts[{number}], setting", name, SETTINGS)
     own.setdefault("as_native", is_every(entry[0]) or is_every(entry[1]))
     try:
         return Contact(ones, twos, entry[2], number=number, **own)

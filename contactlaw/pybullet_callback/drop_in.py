@@ -17,6 +17,7 @@ Other = int | Names | Sequence[int] | Sequence[shapes.Key]
 Contacts = Sequence[tuple[Names, Other, ContactPair] | tuple[Names, Other, ContactPair, Mapping[str, Any]]]
 
 UNDAMPED = {"linearDamping": 0.0, "angularDamping": 0.0, "maxJointVelocity": 1e6}
+OPTIONS = ("basePosition", "baseOrientation", "globalScaling", "useFixedBase", "useMaximalCoordinates", "flags")
 
 
 class Loaded(NamedTuple):
@@ -83,7 +84,7 @@ def load_urdf(
 
 
 def _option(name: str, value: Any) -> Any:
-    """Return a checked option of pybullet.loadURDF."""
+    """Return a checked option of pybullet.loadURDF; its physicsClientId is that of the callback."""
     if name == "basePosition":
         return checks.vector(name, value).tolist()
     if name == "baseOrientation":
@@ -99,7 +100,7 @@ def _option(name: str, value: Any) -> Any:
         return on
     if name == "flags":
         return checks.count(name, value, 0)
-    raise ValueError(f"{name}: is no option of pybullet.loadURDF, or is set by `callback`")
+    return checks.one_of("option", name, OPTIONS)
 
 
 def links_of(body: int | Iterable[int], *names: Names, client: int = 0, argument: str = "names") -> list[shapes.Key]:

@@ -168,6 +168,7 @@ OPTION = '<option timestep="1e-5" gravity="0 0 0"/>'
         (SCENE, ("upper", "floor"), {}, r"contacts\[0\] = .* must be \(geoms1, geoms2, pair\)"),
         (SCENE, ("upper", "floor", "steel"), {}, r"contacts\[0\] = .* pair a contactlaw.ContactPair"),
         (SCENE, ("upper", "floor", PAIR), {"substeps": 1}, "substeps = 1"),
+        (SCENE, ("upper", "floor", PAIR), {"substep": 20}, "setting = 'substep': must be .*did you mean 'substeps'"),
         (SCENE, ("upper", "floor", PAIR), {"others": "no"}, "others = 'no': must be True or False"),
         (SCENE, ("upper", "floor", PAIR), {"as_native": 0}, "as_native = 0: must be True or False"),
         (STILL, ("floor", "still", steel_pair(radius=1.0)), {}, "none of these geoms can move"),
