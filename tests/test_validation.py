@@ -178,6 +178,15 @@ def invoke(*arguments):
     return CliRunner().invoke(app, list(arguments))
 
 
+@pytest.mark.parametrize("quick", [[], ["--quick"]])
+def test_a_report_of_nothing_is_not_written(tmp_path, quick):
+    """It ended in a traceback, or wrote a report of no cases and called that kept."""
+    result = invoke("--report", *quick, "--folder", str(tmp_path / "none"))
+    assert result.exit_code == 2
+    assert "no results" in result.stderr
+    assert not list(tmp_path.rglob("*.md"))
+
+
 def test_quick_results_do_not_touch_full_ones(tmp_path, monkeypatch):
     monkeypatch.setattr("validation.__main__.select", lambda pattern: [Sample()])
     runner.run_case(Sample(), tmp_path)

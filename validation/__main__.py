@@ -46,6 +46,9 @@ def main(
         folder = runner.quick_folder(folder)
     if only_report:
         results = {case.name: result for case in cases if (result := store.load(case.name, folder))}
+        if not results:
+            Console(stderr=True).print(f"--report: no results of these cases in {folder / 'results'}", soft_wrap=True)
+            raise typer.Exit(2)
     else:
         try:
             results = _run(cases, folder, quick, resume, console)
