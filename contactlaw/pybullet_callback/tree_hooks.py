@@ -109,18 +109,13 @@ def is_left(own, t):
 
 
 def set_at_start(block, dt):
-    """Set the world's tree at the start of the step of dt [s], and find its matrix."""
+    """Set the world's tree at the start of the step of dt [s]; constraints do not resist yet."""
     own = own_at(block, 0)
     t = tree_at(own.tree, 0)
     if own.tie_count > 0:
         clear(vector(t.e, t.v_size * t.v_size))
         t.coupled = 0
-        set_start(own, t, dt)
-        tie(own, t, dt)
     set_start(own, t, dt)
-    clear(vector(own.matrix, t.v_size * t.v_size))
-    t.weights, t.stride = own.matrix, t.v_size
-    call_with_body(t.write_masses, body_at(t.bodies, 0))
 
 
 def tie(own, t, dt):
@@ -210,11 +205,15 @@ def add_product(m, x, share, out):
 
 
 def take_response(block, dt):
-    """From velocities after Bullet's step: find forces on joints, and which a motor held; then as `set_at_start`."""
+    """From velocities after Bullet's step: find forces on joints, and which a motor held; then as `set_start`."""
     own = own_at(block, 0)
     t = tree_at(own.tree, 0)
     if own.tie_count > 0:
-        set_at_start(block, dt)
+        tie(own, t, dt)
+        set_start(own, t, dt)
+    clear(vector(own.matrix, t.v_size * t.v_size))
+    t.weights, t.stride = own.matrix, t.v_size
+    call_with_body(t.write_masses, body_at(t.bodies, 0))
     m, force, push = vector(own.matrix, (t.v_size, t.v_size)), vector(own.force, t.v_size), vector(own.push, t.v_size)
     before, after = vector(own.start_v, t.v_size), vector(own.after_v, t.v_size)
     gained = vector(own.gained, t.v_size)
