@@ -33,7 +33,6 @@ HEAD = record(
     nq="i8", nv="i8",
     state="i8", token="f8",  # where its part of plugin_state begins; token of the state that the world is in
     calm="i8",  # how the last step went, see `callbacks.move_world`
-    idle="i8",  # the world has no contacts
     sense="u8",  # address of `sense`, 0: no sensors
     world="u8",  # address of its `records.WORLD`
     start="u8",  # address of the state at the start of the step

@@ -28,7 +28,7 @@ from contactlaw.world.data.records import LATE, RESIZED
 from contactlaw.world.data.vec import cross, load, scale, store
 from contactlaw.world.near.passing import follow, may_follow, part
 from contactlaw.world.sleep import is_at_rest
-from contactlaw.world.state import forget_motion, unused_span, write
+from contactlaw.world.state import forget_motion, has_contacts, unused_span, write
 from contactlaw.world.step import FIND_PRESSED, FIXED_ROOM
 from contactlaw.world.trees.mobility import clear
 
@@ -77,7 +77,7 @@ def move_world(head, w, state, again):
         run_trees(head, FIND)
         call_step(address(w, STEP), w, head.step_size, FIND_PRESSED)
         run_trees(head, MOVE)
-    if run_trees(head, READ) and head.free_count + head.mocap_count == 0 and head.idle != 0:
+    if run_trees(head, READ) and head.free_count + head.mocap_count == 0 and not has_contacts(w):
         return MOVED
     for i in range(head.free_count):
         free.lead_free(head, free_at(head.frees, i))
@@ -93,7 +93,8 @@ def move_world(head, w, state, again):
     store_state(head, w, state)
     for i in range(head.free_count):
         free.set_clearance(w, free_at(head.frees, i))
-    for k in range(w.nears if head.idle != 0 and w.guard_count + head.tree_count + head.mocap_count == 0 else 0):
+    alone = not has_contacts(w) and w.guard_count + head.tree_count + head.mocap_count == 0
+    for k in range(w.nears if alone else 0):
         free.reduce_clearance(head, w, near_at(w.near, k))
     return MOVED
 
@@ -151,7 +152,7 @@ def end_near(head, w):
     Trees that may have touched something end where the world has them, and so does what the engine's step has pushed by
     contacts that are no more: the user has moved a body away from them.
     """
-    for i in range(head.free_count if head.idle == 0 else 0):
+    for i in range(head.free_count):
         f = free_at(head.frees, i)
         for k in range(6):
             if doubles_at(head.given)[f.v + k] != 0.0:
@@ -162,7 +163,7 @@ def end_near(head, w):
             b = body_at(w.bodies, i)
             if b.tree != 0 and b.done == 0:
                 b.touched = 1
-            if 0 < i <= head.free_count and may_follow(b):
+            if may_follow(b):
                 position, turn = free.pose_in(free_at(head.frees, i - 1), data_at(head.data, 0).qpos)
                 follow(w, i, position, turn)
     part(w)
@@ -189,10 +190,10 @@ def load_world(head, w, state):
     known, dropped = checksums(head), 0
     sound = known.token == token_of(head, state, state.size, state.size)
     if not sound:
-        clear(state[PUSH:])
+        clear(state)
     if ready(w, READ_STATE):
         dropped = read_state(w, state[head.row :])
-        head.token, head.idle = known.token, 0
+        head.token = known.token
         if head.token != 0.0 and known.content != 0.0:  # RESIZED: any number of the model may be another one
             w.edited = 0 if known.content == as_float(types.uint64(head.content)) else RESIZED
     if head.token == 0.0:  # after a reset all bodies count as moved by the user: initial overlaps must be found
@@ -211,7 +212,7 @@ def read_state(w, row):
 
 def all_stay_clear(head, w):
     """Return whether there are only free bodies, no contact is in use, and no two shapes can have touched."""
-    clear = head.mocap_count + head.tree_count == 0 and w.spares == w.contact_room
+    clear = head.mocap_count + head.tree_count == 0 and not has_contacts(w)
     for i in range(head.free_count if clear else 0):
         clear = clear and free.stays_clear(head, free_at(head.frees, i))
     return clear
@@ -232,9 +233,9 @@ def store_state(head, w, state):
         free.keep_mocap(head, i, shifted(state.ctypes.data, PUSH + 2 * head.nv))
     for i in range(head.free_count):
         free.turn_moment(head, free_at(head.frees, i), push)
-    d, known, head.idle = data_at(head.data, 0), checksums(head), 1 if w.spares == w.contact_room else 0
-    known.left = end_checksum(head, d.qpos, d.qvel) if head.idle == 0 else 0.0
-    known.content = as_float(types.uint64(head.content)) if head.idle == 0 else 0.0
+    d, known, in_touch = data_at(head.data, 0), checksums(head), has_contacts(w)
+    known.left = end_checksum(head, d.qpos, d.qvel) if in_touch else 0.0
+    known.content = as_float(types.uint64(head.content)) if in_touch else 0.0
     lost = write(w, state[head.row :])
     if lost > 0:
         report_once(head, notices.UNSAVED, float(lost))
@@ -302,7 +303,7 @@ def compute(m, d, instance, capability):
     for i in range(0 if known else head.nv):
         given[i] = state[PUSH + i] if abs(state[PUSH + i]) < LARGEST else 0.0
     passive = floats(d.qfrc_passive, 0, head.nv)
-    for i in range(0 if known and head.idle != 0 else head.nv):  # of an idle world it is zero
+    for i in range(0 if known and not has_contacts(world_at(head.world, 0)) else head.nv):  # else it is zero
         passive[i] += given[i]
 
 

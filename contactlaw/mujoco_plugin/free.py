@@ -22,6 +22,7 @@ from contactlaw.world.data.quaternion import conjugate, load4, product, store4, 
 from contactlaw.world.data.records import AGED
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, store, sub
 from contactlaw.world.shapes.geometry import meet_near
+from contactlaw.world.state import has_contacts
 from contactlaw.world.trees.mobility import clear
 
 
@@ -47,7 +48,7 @@ def set_clearance(w, f):
     """
     b = body_at(w.bodies, f.body)
     store(f.cleared, load(b.position))
-    alone = w.spares == w.contact_room and w.guard_count == 0
+    alone = not has_contacts(w) and w.guard_count == 0
     f.clearance = b.margin - norm(sub(load(b.position), load(b.listed_position))) if alone else -1.0
 
 

@@ -5,6 +5,7 @@ step, and the results of the world's step for the bodies that contacts have touc
 from math import isfinite, nan
 
 from contactlaw.jit import jit_module
+from contactlaw.memory import whole_at
 from contactlaw.pybullet_callback import rows
 from contactlaw.world.bodies import motion
 from contactlaw.world.bodies.motion import set_axes, spin_rate
@@ -20,6 +21,7 @@ from contactlaw.world.near.passing import follow, may_follow, part
 from contactlaw.world.readout import doubts_of
 from contactlaw.world.shapes.geometry import meet
 from contactlaw.world.sleep import is_at_rest
+from contactlaw.world.state import has_contacts
 from contactlaw.world.step import FIND_PRESSED, GROWING_ROOM
 
 UNDOING = 20  # iterations for the spin before a step of Bullet; each reduces the error by the turn in that step
@@ -36,7 +38,7 @@ def begin_step(block):
     found = read_bodies(head, w)
     if found != 0:
         return found
-    if head.simple == 0 or w.spares < w.contact_room or w.step != head.dt or not all_pass(head, w):
+    if head.simple == 0 or has_contacts(w) or w.step != head.dt or not all_pass(head, w):
         return select_pushed(block)
     for k in range(head.singles):
         r = rows.row_at(head.rows, k)
@@ -287,12 +289,11 @@ def keep_own(head, w):
 
 def end_near(head, w):
     """Let free bodies that nothing has touched end the step where Bullet has them, if they touch nothing there."""
-    for k in range(w.nears):
-        p = near_at(w.near, k)
-        for i in (p.body_a, p.body_b):
-            if i > 0 and may_follow(body_at(w.bodies, i)):
-                m = rows.row_at(head.rows, i - 1).after
-                follow(w, i, load(m.position), rows.quaternion_of(m))
+    for n in range(w.near_body_count):
+        i = whole_at(w.near_bodies, n)
+        if may_follow(body_at(w.bodies, i)):
+            m = rows.row_at(head.rows, i - 1).after
+            follow(w, i, load(m.position), rows.quaternion_of(m))
     part(w)
 
 

@@ -33,6 +33,11 @@ KEPT = FIELDS["touches"][1] // 8 - FIRST  # numbers from there on that a row kee
 PER_CONTACT = SHAPES + KNOWN_NUMBERS + KEPT  # numbers of a contact, besides the history of its law
 
 
+def has_contacts(w):
+    """Return whether any contact is in use: closed, or parted in the last step."""
+    return w.spares < w.contact_room
+
+
 def size(contact_room: int, memory_size: int, body_count: int, pair_count: int) -> int:
     """Return the number of float64 of a state with room for so many contacts; the world itself is one of the bodies."""
     contact = PER_CONTACT + memory_size
@@ -91,7 +96,7 @@ def write(w, out):
         p = near_at(w.near, k)
         if has_parted(p):
             add_to_ledger(contact_at(w.contacts, p.slot), out[at + LEDGER * p.pair :])
-    for slot in range(w.slots if w.spares < w.contact_room else 0):
+    for slot in range(w.slots if has_contacts(w) else 0):
         c = contact_at(w.contacts, slot)
         if c.phase == PARTED and c.initial_overlap == 0.0 and c.near < 0:
             add_to_ledger(c, out[at + LEDGER * c.pair :])
