@@ -27,6 +27,7 @@ from contactlaw.world.data.call import error_pending, raise_later
 from contactlaw.world.readout import DOUBTFUL, DOUBTS, PUT_IN, doubt_value, doubts_of
 
 FULL, LEFT_OUT, DAMAGED, SWITCHED_OFF, UNSAVED, EDITED, TOWED, SLEEPS = (1 << bit for bit in range(len(DOUBTS), 12))
+READERS = 1 << 12  # those of `instances.unserved_readers`
 
 TEXTS = DOUBTFUL | {
     EDITED: "the model has been edited, and the law keeps the old values: ",

@@ -62,8 +62,10 @@ def init(model: int, data: int, number: int) -> int:
         if int(mujoco.mjtStage.mjSTAGE_ACC) not in view.sensor_needstage:
             view.plugin[number] = layout.plugin_of(config.BLIND)[1]
         if leads(view, number):
-            for text in unserved_readers(view):
+            told = notices.reported_of(view, len(contact_instances(view)))
+            for text in unserved_readers(view) if not told[0] & notices.READERS else ():
                 warnings.warn(text, ContactWarning, stacklevel=1)
+            told[0] |= notices.READERS
         _block_slot(data, number).value = _new_block(view, number)
     except BaseException as error:  # also an interrupt: no step may be taken without a block
         # errors cannot cross MuJoCo's C frames: the message is printed here, and MuJoCo then raises an error of its own
