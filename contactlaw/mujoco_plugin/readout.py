@@ -85,11 +85,11 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str | None = N
     rows = rows if name is None else rows[rows["pair"] == world.numbers[0]]
     if not rows.size:
         return out
-    rows, sets_of = rows[np.lexsort((rows["shape_b"], rows["shape_a"], rows["pair"]))], _contacts(model)[2]
+    rows, instance_of = rows[np.lexsort((rows["shape_b"], rows["shape_a"], rows["pair"]))], _contacts(model)[2]
     for row, impulse, point in zip(rows, mean_impulses(world.bodies, rows, dt), world.points(rows), strict=True):
         one, two = (int(world.geoms[row[shape]]) for shape in ("shape_a", "shape_b"))
         sign, normal, touch = 1.0, row["normal"].copy(), row["touch"]
-        if sets_of(int(row["pair"])).reversed(one, two):
+        if instance_of(int(row["pair"])).sets.reversed(one, two):
             one, two, sign = two, one, -1.0
         across = row["force"] - (row["force"] @ normal) * normal
         radius = float(np.sqrt(max(touch["radius"] * touch["overlap"], 0.0)))
@@ -136,25 +136,25 @@ _CONTACTS: WeakKeyDictionary[mujoco.MjModel, tuple[list[int], list[str], Any]] =
 
 
 def _contacts(model: mujoco.MjModel, *states: mujoco.MjData) -> tuple[list[int], list[str], Any]:
-    """Ids of a model's contacts, their names, and what returns the sets of one; found once, as they stay the same."""
+    """Ids of a model's contacts, their names, and what returns one by its index; found once, as they stay the same."""
     view = layout.view_of(model, *states)
     if model not in _CONTACTS:
         known = contact_instances(view)
         names = [view.name("plugin", number) for number in known]
-        _CONTACTS[model] = known, names, cache(lambda pair: ContactInstance(view, known[pair]).sets)
+        _CONTACTS[model] = known, names, cache(lambda index: ContactInstance(view, known[index]))
     return _CONTACTS[model]
 
 
 class View:
     """Arrays of the world of an mjData.
 
-    head: of the block. instances: ids of the contacts. numbers: of those meant, among them and of their pairs. data:
-    the owner, which must live as long as the arrays.
+    head: of the block. numbers: of the contacts that are meant, and of their pairs. data: the owner, which must live
+    as long as the arrays.
     """
 
-    def __init__(self, head: Any, instances: Sequence[int] = (), numbers: Sequence[int] = (), data: Any = None) -> None:
+    def __init__(self, head: Any, numbers: Sequence[int] = (), data: Any = None) -> None:
         self.world: Any = record_at(head["world"], WORLD, 1)[0] if head["world"] else np.zeros(1, WORLD)[0]
-        self.instances, self.numbers, self.data, world = instances, numbers, data, self.world
+        self.numbers, self.data, world = numbers, data, self.world
         self.contacts = record_at(world["contacts"], CONTACT, world["contact_room"])
         self.bodies = record_at(world["bodies"], BODY, world["body_count"])
         self.pairs = record_at(world["pairs"], PAIR, world["pair_count"])
@@ -186,7 +186,7 @@ def view_of(model: mujoco.MjModel, data: mujoco.MjData, *names: str) -> View:
     _LOOK(callbacks.ADDRESSES["look"])(model._address, data._address, known[0])
     head = record_at(data.plugin_data[known[0]], HEAD, 1)[0]
     head["calm"] = 0  # the caller may change something, such as friction
-    return View(head, known, [*map(there.index, names)] or range(len(known)), data)
+    return View(head, [*map(there.index, names)] or range(len(known)), data)
 
 
 def set_friction(model: mujoco.MjModel, data: mujoco.MjData, name: str, friction: float) -> None:
@@ -203,8 +203,7 @@ def set_friction(model: mujoco.MjModel, data: mujoco.MjData, name: str, friction
     """
     mu = checks.not_negative("friction", friction)
     world = view_of(model, data, name)
-    pair = ContactInstance(layout.view_of(model), world.instances[world.numbers[0]]).contact.pair
-    if isinstance(pair.friction, OverSpeed):
+    if isinstance(_contacts(model)[2](world.numbers[0]).contact.pair.friction, OverSpeed):
         raise ValueError(f"name = {name!r}: its friction is a curve over speed; must be of a pair with a number")
     world.pairs["friction"][world.numbers] = mu
     for own in ("friction", "mu"):  # the first is what spin leaves of the second
