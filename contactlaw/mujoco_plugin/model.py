@@ -22,6 +22,7 @@ from contactlaw.world.data.demand import STEP, supply
 from contactlaw.world.data.frames import IDENTITY, UNTURNED, Pose
 from contactlaw.world.data.kinds import CORNER, EDGE
 from contactlaw.world.data.records import Arrays
+from contactlaw.world.near.sets import systems_of
 from contactlaw.world.state import size as state_size
 from contactlaw.world.trees.tree_records import TreeRecords
 
@@ -277,13 +278,10 @@ class Model:
 
         Trees that a mocap body carries are left apart.
         """
-        m, joined = self._m, {root: {root} for root in self._roots.tolist()}
-        for held in self._held:
-            roots = set(self._roots[m.dof_bodyid[held]].tolist())
-            led = {root for root in roots if m.body_mocapid[self._carrier(int(m.body_parentid[root]))[0]] >= 0}
-            whole = set[int]().union(*(joined[root] for root in roots - led))
-            joined |= dict.fromkeys(whole, whole)
-        return {root: sorted(system) for root, system in joined.items()}
+        m, every = self._m, set(self._roots.tolist())
+        led = {root for root in every if m.body_mocapid[self._carrier(int(m.body_parentid[root]))[0]] >= 0}
+        held = [set(self._roots[m.dof_bodyid[held]].tolist()) - led for held in self._held]
+        return systems_of([{root} for root in every] + held)
 
     def _add_shape(self, geom: int) -> list[int]:
         """Add a geom to its body in the world; return the numbers of the shapes that it makes."""

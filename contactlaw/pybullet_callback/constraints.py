@@ -1,5 +1,6 @@
 """Constraints of `createConstraint`, which join bodies of PyBullet to one system that contacts push as a whole."""
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import pybullet as p
@@ -36,12 +37,8 @@ def ties_of(client: int) -> list[Tie]:
     return [Tie(number, one[4], (one[:2], one[2:4]), one[5], one[6:8], one[11]) for number, one in infos]
 
 
-def systems_of(client: int) -> dict[int, list[int]]:
-    """Return the bodies that constraints make one system, by each of them; bodies that cannot move are in none."""
-    systems: dict[int, set[int]] = {}
+def tied(client: int) -> Iterator[set[int]]:
+    """Yield the bodies that each constraint joins, but for those that cannot move."""
     for one in ties_of(client):
         bodies = {body for body, _ in one.links if body >= 0}
-        movable = {b for b in bodies if p.getDynamicsInfo(b, BASE, client)[10] == MULTIBODY and can_move(client, b)}
-        whole = movable.union(*(systems.get(body, ()) for body in movable))
-        systems |= dict.fromkeys(whole, whole)
-    return {body: sorted(system) for body, system in systems.items()}
+        yield {b for b in bodies if p.getDynamicsInfo(b, BASE, client)[10] == MULTIBODY and can_move(client, b)}

@@ -9,7 +9,7 @@ import numpy as np
 import pybullet as p
 
 from contactlaw.pybullet_callback.bodies import Bodies, mass_of
-from contactlaw.pybullet_callback.constraints import systems_of
+from contactlaw.pybullet_callback.constraints import tied
 from contactlaw.pybullet_callback.contact import Contact, ContactState
 from contactlaw.pybullet_callback.shapes import Key, Measured, Side, can_move
 from contactlaw.pybullet_callback.trees import Tree
@@ -18,6 +18,7 @@ from contactlaw.world.arrays import kept, restored, with_contacts_of
 from contactlaw.world.building import SUBSTEPS
 from contactlaw.world.data.frames import IDENTITY
 from contactlaw.world.data.records import CLOSED, EDITED, FREE, Array, Arrays
+from contactlaw.world.near.sets import systems_of
 from contactlaw.world.readout import DOUBTFUL, Ledger, doubt_value, ledger, mean_impulses
 from contactlaw.world.shapes.description import tangent
 
@@ -53,10 +54,10 @@ class Scene:
         self.shapes: dict[Key, list[int]] = {}
         self._side_of: dict[int, Key] = {}
         ids = dict.fromkeys(key[0] for key in order)
-        systems = {body: [body] for body in ids if p.getNumJoints(body, client) and can_move(client, body)}
-        systems |= {body: system for body, system in systems_of(client).items() if body in ids}
-        made = {tuple(system): Tree(client, system) for system in systems.values()}
-        trees = {body: made[tuple(system)] for body, system in systems.items()}
+        jointed = [{body} for body in ids if p.getNumJoints(body, client) and can_move(client, body)]
+        systems = {body: tuple(own) for body, own in systems_of([*jointed, *tied(client)]).items() if body in ids}
+        made = {system: Tree(client, system) for system in systems.values()}
+        trees = {body: made[system] for body, system in systems.items()}
         places = {key: trees[key[0]].place_of(key) for key in order if key[0] in trees and key in trees[key[0]].links}
         bodies = sorted((key for key in order if key not in places), key=lambda key: mass_of(key, client)[0] == 0.0)
         self._row = {key: self.world.add_body(np.inf, 1.0) for key in bodies}

@@ -81,6 +81,15 @@ def groups(geoms: Iterable[Any], kind_of: Callable[[Any], Hashable]) -> dict[Any
     return out
 
 
+def systems_of(sets: Iterable[set[int]]) -> dict[int, list[int]]:
+    """Return the numbers that sets with common ones make one system, in order, by each of them."""
+    out: dict[int, set[int]] = {}
+    for own in sets:
+        whole = own.union(*(out.get(one, ()) for one in own))
+        out |= dict.fromkeys(whole, whole)
+    return {one: sorted(system) for one, system in out.items()}
+
+
 def _rows(ones: list[Any], twos: list[Any]) -> Iterator[tuple[Any, Any]]:
     """Yield the pairs of the first three geoms of each list with all of the other.
 
