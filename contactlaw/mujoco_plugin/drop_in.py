@@ -18,7 +18,7 @@ from contactlaw import checks
 from contactlaw.files import whole
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.config import KEYS, OVERLAPS, PLUGIN_NAME
-from contactlaw.mujoco_plugin.geoms import first_of, give_names, label
+from contactlaw.mujoco_plugin.geoms import first_of, give_names, shape_of
 from contactlaw.mujoco_plugin.instances import skip_constraints
 from contactlaw.mujoco_plugin.notices import reported_of
 from contactlaw.mujoco_plugin.readout import instances_of, overlaps_of, view_of
@@ -246,15 +246,15 @@ def _check_parent_child(model: mujoco.MjModel, which: str, ones: Sequence[Any], 
     if len(ones) == len(twos) == 1:
         return
     weld, parent = model.body_weldid, model.body_parentid
-    carried = [groups(geoms, lambda geom: int(weld[model.geom_bodyid[geom.id]])) for geoms in (ones, twos)]
-    for here, there in (carried, carried[::-1]):
+    sides = [groups(geoms, lambda geom: int(weld[model.geom_bodyid[geom.id]])) for geoms in (ones, twos)]
+    for here, there in (sides, sides[::-1]):
         for body, geoms in here.items():
             above = int(weld[parent[body]])
             if body and above and above in there:
+                carrier, carried = (shape_of(one).label for one in (there[above][0], geoms[0]))
                 raise ValueError(
-                    f"{which}: {label(there[above][0])} and {label(geoms[0])} belong to parent and child, which "
-                    "overlap at their joint; leave one of them out, or let just these two touch in a contact of their "
-                    "own"
+                    f"{which}: {carrier} and {carried} belong to parent and child, which overlap at their joint; leave "
+                    "one of them out, or let just these two touch in a contact of their own"
                 )
 
 

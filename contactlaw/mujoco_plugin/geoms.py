@@ -33,21 +33,22 @@ def type_of(number: int) -> str:
 
 @dataclass(frozen=True)
 class Shape:
-    """Name, type and sizes of a geom, as MJCF has them."""
+    """Type and sizes of a geom, as MJCF has them; its name, quoted, or what tells of it if it has none."""
 
-    name: str
     type: str
     size: NDArray[np.float64]
+    name: str
 
     @property
     def label(self) -> str:
         """Type and name, for messages."""
-        return f"{self.type} {self.name!r}"
+        return f"{self.type} {self.name}"
 
 
 def shape_of(geom: mujoco.MjsGeom) -> Shape:
     """Return the shape of a geom of a specification."""
-    return Shape(geom.name, type_of(geom.type), np.array(geom.size))
+    name = repr(geom.name) if geom.name else f"without a name of body {geom.parent.name!r}"
+    return Shape(type_of(geom.type), np.array(geom.size), name)
 
 
 def why_not_served(one: Shape, two: Shape) -> str | None:
@@ -128,11 +129,6 @@ def geoms_of(spec: mujoco.MjSpec, *what: Selector | Sequence[Selector], argument
     return list(found)
 
 
-def label(geom: mujoco.MjsGeom) -> str:
-    """Return a geom's type and name for messages, or its body's name if it has none."""
-    return f"{type_of(geom.type)} {repr(geom.name) if geom.name else f'without a name of body {geom.parent.name!r}'}"
-
-
 def first_of(texts: Sequence[str], most: int, noun: str = "") -> str:
     """Return the first few texts in one line, and how many more there are."""
     more = f" and {len(texts) - most} more{noun and f' {noun}'}" if len(texts) > most else ""
@@ -171,7 +167,7 @@ def _by_text(spec: mujoco.MjSpec, listed: Callable[[], Iterable[Any]], text: str
     solid = [geom for geom in geoms if geom.contype or geom.conaffinity]
     if not solid:
         raise ValueError(
-            f"means {first_of([label(geom) for geom in geoms], MAX_NAMES)}, and the engine "
+            f"means {first_of([shape_of(geom).label for geom in geoms], MAX_NAMES)}, and the engine "
             "lets none of them touch anything (contype = conaffinity = 0); if one is wanted, give its own name or id"
         )
     return solid

@@ -179,8 +179,9 @@ class ContactInstance:
     @cached_property
     def shapes(self) -> dict[int, Shape]:
         """Shape of each geom."""
-        sizes, types, name = self.view.geom_size, self.view.geom_type, self.view.name
-        return {geom: Shape(name("geom", geom), type_of(int(types[geom])), sizes[geom].copy()) for geom in self.geoms}
+        v = self.view
+        kinds = {geom: type_of(int(v.geom_type[geom])) for geom in self.geoms}
+        return {geom: Shape(kind, v.geom_size[geom].copy(), v.label("geom", geom)) for geom, kind in kinds.items()}
 
 
 def native_rule(view: layout.ModelView) -> Callable[[tuple[int, int]], bool]:
@@ -230,7 +231,6 @@ def check(view: layout.ModelView, known: list[ContactInstance], moves: Callable[
     bits, margins, is_native = view.bits, view.margins, native_rule(view)
     holders: dict[int, set[int]] = {}  # of each geom the contacts that hold it, so far
     for number, member in enumerate(known):
-        shapes = member.shapes
         if not any(moves(geom) for geom in member.geoms):
             raise ValueError("geom1, geom2: none of these geoms can move")
         if member.native:
@@ -241,19 +241,19 @@ def check(view: layout.ModelView, known: list[ContactInstance], moves: Callable[
         for other in sorted(set.intersection(*near)):
             twice = member.sets.common(known[other].sets)
             if twice:
-                raise ValueError(f"{_names(shapes, twice)}: this pair has been added before")
+                raise ValueError(f"{_names(view, twice)}: this pair has been added before")
         sets = member.sets
         named = [(two, one) if sets.reversed(one, two) else (one, two) for one, two in margins if sets.hold(one, two)]
         some = any(touch(bits[one], bits[two]) for one, two in sets.by_kinds(bits.__getitem__))
         on = next(filter(is_native, chain(named, sets.every() if some else ())), None)
         if on:
-            one, two = (shapes[geom] for geom in on)
-            margin, gap = native_margin(one, two)
+            margin, gap = native_margin(*(member.shapes[geom] for geom in on))
+            one, two = (view.name("geom", geom) for geom in on)
             raise ValueError(
-                f"{_names(shapes, on)}: the engine's own contact of this pair is on; turn it off by <contact><pair "
-                f'geom1="{one.name}" geom2="{two.name}" margin="{margin!r}" gap="{gap:g}"/></contact>'
+                f"{_names(view, on)}: the engine's own contact of this pair is on; turn it off by <contact><pair "
+                f'geom1="{one}" geom2="{two}" margin="{margin!r}" gap="{gap:g}"/></contact>'
             )
 
 
-def _names(shapes: dict[int, Shape], pair: tuple[int, int]) -> str:
-    return f"geom1 = {shapes[pair[0]].name!r}, geom2 = {shapes[pair[1]].name!r}"
+def _names(view: layout.ModelView, pair: tuple[int, int]) -> str:
+    return f"geom1 = {view.label('geom', pair[0])}, geom2 = {view.label('geom', pair[1])}"
