@@ -12,12 +12,12 @@ import pybullet as p
 from contactlaw import checks
 from contactlaw.jit import INTERPRETED
 from contactlaw.pair import ContactPair, ContactWarning
-from contactlaw.pybullet_callback.constraints import numbers_of
 from contactlaw.pybullet_callback.contact import Contact, ContactState, Tags, sets_of
 from contactlaw.pybullet_callback.rows import LISTED, NOTED
 from contactlaw.pybullet_callback.scene import Saved, Scene
 from contactlaw.pybullet_callback.shapes import client_of, engine_parameters, identity, read_sides
 from contactlaw.pybullet_callback.stepping import NEXT, STEP_BULLET, STEPPED, take
+from contactlaw.pybullet_callback.trees import numbers_of
 from contactlaw.world.building import CROWD_SUBSTEPS, LEAST_SUBSTEPS, SUBSTEPS
 from contactlaw.world.readout import Ledger
 

@@ -9,10 +9,9 @@ import numpy as np
 import pybullet as p
 
 from contactlaw.pybullet_callback.bodies import Bodies, mass_of
-from contactlaw.pybullet_callback.constraints import tied
 from contactlaw.pybullet_callback.contact import Contact, ContactState
 from contactlaw.pybullet_callback.shapes import Key, Measured, Side, can_move
-from contactlaw.pybullet_callback.trees import Tree
+from contactlaw.pybullet_callback.trees import Tree, tied
 from contactlaw.world import World
 from contactlaw.world.arrays import kept, restored, with_contacts_of
 from contactlaw.world.building import SUBSTEPS
@@ -74,6 +73,7 @@ class Scene:
         for part, owner in enumerate(self.world.owners.tolist()):
             if part != owner:
                 self._note_shapes(self._side_of[owner], [part])
+        self._rows_of = tuple((key, self._row[key]) for key in self.shapes)
         self.world.arrays.pairs["relaxed"] = 1
         self.bodies = Bodies(client, self.world, bodies, list(made.values()), measured, moves, check)
         if old:
@@ -148,10 +148,6 @@ class Scene:
         """Return the ledger of a handle."""
         arrays = self.bodies.arrays
         return ledger(arrays.pairs, arrays.contacts, self._handles.index(handle))
-
-    @property
-    def _rows_of(self) -> tuple[tuple[Key, int], ...]:
-        return tuple((key, self._row[key]) for key in self.shapes)
 
     def save(self) -> Saved:
         """Return a copy of all state."""
