@@ -85,9 +85,9 @@ def native_margin(one: Shape, two: Shape) -> tuple[float, float]:
     return -1e6, 0.0 if "plane" in (one.type, two.type) else 1e6
 
 
-def touch(one: Bits, two: Bits) -> bool:
-    """Return whether geoms with these (contype, conaffinity) touch natively."""
-    return bool(one[0] & two[1] or two[0] & one[1])
+def touch(one: Any, two: Any) -> Any:
+    """Return whether geoms with these (contype, conaffinity), numbers or arrays, touch natively."""
+    return ((one[0] & two[1]) | (two[0] & one[1])) != 0
 
 
 def geoms_of(spec: mujoco.MjSpec, *what: Selector | Sequence[Selector], argument: str = "geoms") -> list[Any]:

@@ -110,8 +110,9 @@ def contact_of_kinds(
     kind = {geom: number for number, geoms in enumerate(kinds) for geom in geoms}
     some = np.array([geoms[0] for geoms in kinds])
     body = owner[some]
-    was = np.array([before.get(geom, (0, 0)) for geom in some.tolist()])
-    native = _touch(was[:, 0], was[:, 1]) & ~_touch(view.geom_contype[some], view.geom_conaffinity[some])
+    was = np.array([before.get(geom, (0, 0)) for geom in some.tolist()]).T
+    now = np.array([view.bits[geom] for geom in some.tolist()]).T
+    native = touch(was[:, :, None], was) & ~touch(now[:, :, None], now)
     native &= ~(fixed[body][:, None] & fixed[body])
     if not view.opt["disableflags"] & FILTER_PARENT:
         child = (above[body][:, None] == weld[body]) & (weld[body] > 0)
@@ -127,12 +128,6 @@ def contact_of_kinds(
         held = (ones[:, None] & twos) | (twos[:, None] & ones)
         table[held & native if contact.native else held] = number
     return kind, table
-
-
-def _touch(contype: NDArray[Any], conaffinity: NDArray[Any]) -> NDArray[np.bool_]:
-    """Return whether any two of some geoms touch natively, as a matrix."""
-    meet = (contype[:, None] & conaffinity) != 0
-    return meet | meet.T
 
 
 class ContactInstance:
