@@ -69,6 +69,23 @@ def test_what_bounces_with_an_arm_at_its_stop_rises_no_higher(integrator):
     assert highest < 1e-5  # of a fall of 10 mm; it rose by 3.6 mm more with nothing to lift it
 
 
+@pytest.mark.parametrize("integrator", ["Euler", "RK4"])
+def test_a_stop_gives_nothing_to_what_is_knocked_off_it_and_back_within_a_step(integrator):
+    """Balls strike from behind, then from before; the second met the inertia of a stop that it left: 4 J -> 17."""
+    body = '<body pos="{} 0 0"><joint type="slide" axis="1 0 0" {}/><geom name="{}" size=".05" mass="1"/></body>'
+    row = ((0.0, 'range="0 1"', "block"), (-0.101, "", "behind"), (0.1025, "", "before"))
+    model = load_model(
+        f"""<mujoco><option timestep="2e-3" gravity="0 0 0" integrator="{integrator}"/><worldbody>
+        {"".join(body.format(*one) for one in row)}</worldbody></mujoco>""",
+        [("block", ["behind", "before"], ContactPair("steel", "steel", friction=0.0, restitution=1.0))],
+    )
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:] = -4e-3, [0.0, 2.0, -2.0]
+    mujoco.mj_step(model, data)
+    assert data.qvel[2] > 2.0  # both have struck
+    assert 3.5 < 0.5 * data.qvel @ data.qvel < 4.0
+
+
 SWUNG = """<mujoco><option timestep="{}"/><worldbody><geom type="plane" size="5 5 .1"/>
     <site name="hook" pos="0 0 -.05"/><body pos="0 0 .05">{}
     <geom size=".05" mass=".1"/><site name="middle"/></body></worldbody>

@@ -99,13 +99,17 @@ def limit_force(axis, q, v):
 
 
 def limit_impulse(t, k, change):
-    """Return the change of a soft limit's impulse over a substep when contacts change the velocity of its axis."""
+    """Return the change of a soft limit's impulse over a substep when contacts have changed the velocity of its axis.
+
+    Like a mass it resists changes of the speed towards the stop, and no others: it would drive what moves away.
+    """
     axis = axis_at(t.axes, k)
     q = vector(t.q, t.q_size)[axis.coordinate]
     if axis.side == 0.0 or axis.side * q >= axis.edge:
         return 0.0
-    push = t.held * limit_force(axis, q, vector(t.v, t.v_size)[k])
-    return axis.side * (max(push - axis.weight * axis.side * change, 0.0) - max(push, 0.0))
+    v = vector(t.v, t.v_size)[k]
+    push, gained = t.held * limit_force(axis, q, v), min(axis.side * v, 0.0) - min(axis.side * (v - change), 0.0)
+    return axis.side * (max(push - axis.weight * gained, 0.0) - max(push, 0.0))
 
 
 def start_link(t, i):
