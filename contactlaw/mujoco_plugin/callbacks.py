@@ -77,8 +77,8 @@ def move_world(head, w, state, again):
         run_trees(head, FIND)
         call_step(address(w, STEP), w, head.step_size, FIND_PRESSED)
         run_trees(head, MOVE)
-    # no contacts at the end of the last step, nor now: what it has stored of them is still so
-    if run_trees(head, READ) and head.free_count + head.mocap_count == 0 and checksums(head).left == 0.0:
+    idle = not has_contacts(w) and checksums(head).left == 0.0  # nor at the end of the last step, which has stored it
+    if run_trees(head, READ) and head.free_count + head.mocap_count == 0 and idle:
         return MOVED
     for i in range(head.free_count):
         free.lead_free(head, free_at(head.frees, i))
