@@ -266,6 +266,25 @@ def test_elastic_bodies_keep_their_energy_in_valleys_and_on_ridges(heights, shap
     assert closed >= most and world.arrays.world["late"][0] == 0
 
 
+def test_an_edge_that_rolls_over_a_hill_meets_the_next_one_in_time() -> None:
+    """While it presses in one place, another one on it comes near; found too deep it doubled the energy."""
+    waves = (-0.587912, 5.490803, 3.10437), (3.126798, -5.625553, 3.451629), (-4.760514, -0.719988, 5.768732)
+    waves += ((17.008729, 7.958586, 1.040337),)
+    x, y = np.meshgrid(*[np.linspace(-0.6, 0.6, 24)] * 2)
+    heights = 0.25 * (x**2 + y**2) + sum(0.03106994 * np.sin(p * x + q * y + at) for p, q, at in waves)
+    world = World(timestep=5e-4)
+    ground = world.add_height_field(None, heights - heights.min(), (0.6, 0.6))
+    box = world.add_body(
+        0.2612767, (1.962e-4, 1.3203e-4, 2.0401e-4), (-0.0371253, -0.0314807, 0.1041101), (0.4576325, -0.2682398, -0.1018208),
+        (0.5087071, -0.5333596, 0.6146375, 0.2810077), (6.4551406, 15.0785317, -5.5432363),
+    )  # fmt: skip
+    shapes = world.add_box(box, (0.02833445, 0.03923751, 0.02670557))
+    world.add_contact(shapes, ground, ContactPair("steel", "steel", friction=0.6518816, restitution=0.3))
+    first = world.energy.total
+    world.step(12)
+    assert world.energy.total < first
+
+
 @pytest.mark.parametrize("name", ["ball", "capsule", "can", "box"])
 def test_at_rest_a_flat_field_is_a_plane(name):
     heights = []

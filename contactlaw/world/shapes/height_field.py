@@ -38,7 +38,7 @@ WITHIN = 1.5  # of a ball's radius, or the least distance found so far, up to wh
 WIDE = 0.2  # [rad] by which the normal of a followed contact may turn at once
 CUTS = 20  # halvings of a step of `touching_ball`, at most
 DIFFERENCE = 1e-7  # step of its finite differences, over the shape's size
-UNSEEN = 0.05  # of the radius, by which bodies may move before they are searched anew for a place that there was not
+UNSEEN = 0.001  # of the radius, by which bodies may move before they are searched anew for a place that there was not
 
 
 def offset(x, y, c, pair):
