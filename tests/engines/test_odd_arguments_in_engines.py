@@ -72,6 +72,8 @@ def test_pybullets_callback_names_what_it_refuses(client):
     options |= {"useMaximalCoordinates": False, "flags": 0, "globalScaling": 1.0}
     outcome = dict.fromkeys(("globalScaling", "useFixedBase"), "contacts[0]")  # the law serves no such body
     check_odd_arguments(lambda **named: load(path=path, **named), options, outcome)
+    with pytest.raises(ValueError, match="option = 'physicsClientId': must be one of"):
+        load(path=path, physicsClientId=client)
     with pytest.raises(ValueError, match=r"option = 'basePositon': must be one of .*did you mean 'basePosition'"):
         load(path=path, basePositon=[0, 0, 1])
     entry = {"links": "*", "other": floor, "pair": PAIR, "own": {}}

@@ -268,8 +268,10 @@ def test_elastic_bodies_keep_their_energy_in_valleys_and_on_ridges(heights, shap
 
 def test_an_edge_that_rolls_over_a_hill_meets_the_next_one_in_time() -> None:
     """While it presses in one place, another one on it comes near; found too deep it doubled the energy."""
-    waves = (-0.587912, 5.490803, 3.10437), (3.126798, -5.625553, 3.451629), (-4.760514, -0.719988, 5.768732)
-    waves += ((17.008729, 7.958586, 1.040337),)
+    waves = [
+        (-0.587912, 5.490803, 3.10437), (3.126798, -5.625553, 3.451629), (-4.760514, -0.719988, 5.768732),
+        (17.008729, 7.958586, 1.040337),
+    ]  # fmt: skip
     x, y = np.meshgrid(*[np.linspace(-0.6, 0.6, 24)] * 2)
     heights = 0.25 * (x**2 + y**2) + sum(0.03106994 * np.sin(p * x + q * y + at) for p, q, at in waves)
     world = World(timestep=5e-4)
