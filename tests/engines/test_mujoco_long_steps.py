@@ -228,3 +228,26 @@ def test_a_mocap_body_that_sets_out_fast_strikes_a_ball_on_a_rail(kinds, step, g
         mujoco.mj_step(model, data)
     assert data.qvel[model.jnt_dofadr[-1]] == pytest.approx(6.0, abs=6e-3)
     assert not recwarn
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "implicitfast"])
+@pytest.mark.parametrize("step", [2e-3, 4e-3])
+def test_what_a_spring_swings_on_a_sled_that_slides_keeps_its_amplitude(step, integrator):
+    """Its phase turns by 0.4 and 0.8 rad a step."""
+    model = load_model(
+        f"""<mujoco><option timestep="{step}" integrator="{integrator}"/><worldbody>
+        <geom name="floor" type="plane" size="1 1 1"/>
+        <body pos="0 0 .05"><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>
+        <geom name="sled" type="box" size=".1 .1 .05" mass="50"/><body pos="0 .2 0">
+        <joint axis="0 1 0" stiffness=".3"/><geom pos="0 0 -.005" size=".002" mass=".3"/></body></body>
+        </worldbody></mujoco>""",
+        [("sled", "floor", steel_pair(friction=0.02, restitution=0.5))],
+    )
+    data = mujoco.MjData(model)
+    data.qvel[0], data.qpos[2] = 2.0, 0.3
+    angles = []
+    for _ in range(round(2.0 / step)):
+        mujoco.mj_step(model, data)
+        angles.append(data.qpos[2])
+    part = len(angles) // 8
+    assert np.ptp(angles[-part:]) == pytest.approx(np.ptp(angles[:part]), rel=1e-2)

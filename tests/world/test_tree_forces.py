@@ -278,3 +278,21 @@ def test_limbs_that_lie_on_the_floor_come_to_rest() -> None:
 def test_bad_trees_are_named(parts: list[Part], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Tree(parts)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("timestep", [2.5e-4, 5e-4, 1e-3, 2e-3, 4e-3])
+def test_what_swings_on_a_sled_that_slides_keeps_its_amplitude(timestep: float) -> None:
+    """The sled is slowed by mu g, so that a plumb line on it hangs at atan mu; it turns by 0.17 rad in a long step."""
+    length, mu, angle = 5e-3, 0.02, 0.3
+    world = World(timestep=timestep)
+    sled = Part(50.0, 1.0, [Joint("slide", axis=(1.0, 0.0, 0.0)), Joint("slide", axis=(0.0, 0.0, 1.0))])
+    bob = Part(0.3, 1e-9, [Joint("hinge", (0.0, 0.0, length))], 0, (0.0, 0.0, -length))
+    _, bodies = world.add_tree(Tree([sled, bob]), [0.0, 0.05, angle], [2.0, 0.0, 0.0])
+    world.add_contact(world.add_sphere(bodies[0], 0.05), world.add_plane(None, *FLOOR), steel_pair(mu, 0.5))
+    angles = []
+    for _ in range(round(1.0 / timestep)):
+        world.step()
+        angles.append(world.tree(0)[0][2])
+    last = angles[-round(0.2 / timestep) :]
+    assert 0.5 * np.ptp(last) == pytest.approx(angle + np.arctan(mu), rel=3e-3)

@@ -77,7 +77,7 @@ BODY = record(
 TREE = record(
     # addresses of the functions that move it, see `trees.mobility` and `trees.motion`
     fly="u8", drift="u8", settle="u8", kick="u8", mobility="u8", spread_delta_v="u8", add_accelerations="u8", stop="u8",
-    move_from_start="u8", write_masses="u8", add_damping="u8", add_force="u8",  # in an implicit step
+    move_from_start="u8", write_masses="u8", add_damping="u8", take_middle="u8", add_force="u8",  # in an implicit step
     move="u8",  # q <- q moved by x; poses of its bodies, links and axes there
     accelerate="u8",  # M(q) and its factor; a at q and v
     # its bodies are consecutive rows: address and number of the first, and how many

@@ -229,11 +229,11 @@ def write_masses(b):
 def add_damping(b):
     """Add damping and active limits to the matrix at `weights`; x <- their force, less that at the start of the step.
 
-    With D and limits as in `trees.dynamics`: b D + b^2 K, and -D (V - v) and the change of a limit's force. In a single
-    stage springs keep the force of the start, which then neither adds to their energy nor takes from it.
+    With D and limits as in `trees.dynamics`: b D + b^2 K, and -D (V - v) and the change of a limit's force. Springs,
+    which D has a part of, keep the force of the start.
     """
     t = tree_at(b.tree, 0)
-    n, held = t.v_size, 1.0 if t.stage == t.span else 0.0
+    n = t.v_size
     d, out, x = vector(t.d, (n, n)), vector(t.weights, (n, t.stride)), vector(t.x, n)
     springs = vector(t.springs, (n, n))
     q, v = vector(t.q, t.q_size), vector(t.v, n)
@@ -242,15 +242,63 @@ def add_damping(b):
     for k in range(n):
         axis = axis_at(t.axes, k)
         for i in range(n):
-            spring = held * springs[k, i]
-            own = d[k, i] - spring
+            own = d[k, i] - springs[k, i]
             out[k, i] += t.stage * own
-            x[k] += spring * v0[i] - own * (v[i] - v0[i])
+            x[k] += springs[k, i] * v0[i] - own * (v[i] - v0[i])
         if axis.side != 0.0:
             now = max(dynamics.limit_force(axis, q[axis.coordinate], v[k]), 0.0)
             x[k] += axis.side * (now - max(dynamics.limit_force(axis, q0[axis.coordinate], v0[k]), 0.0))
             if now > 0.0:
                 out[k, k] += t.stage * (axis.resistance + t.stage * axis.stiffness)
+
+
+def weigh(t, x):
+    """x <- M x, M = L^T D L."""
+    m, n = vector(t.factor, (t.v_size, t.v_size)), t.v_size
+    for step in (-1, 1):  # L and D, then L^T
+        for j in range(n):
+            k = j if step > 0 else n - 1 - j
+            i, p = axis_at(t.axes, k).parent, axis_at(t.axes, k).depth
+            while i >= 0:
+                p -= 1
+                if step > 0:
+                    x[i] += m[k, p] * x[k]
+                else:
+                    x[k] += m[k, p] * x[i]
+                i = axis_at(t.axes, i).parent
+            x[k] = x[k] if step > 0 else x[k] / axis_at(t.axes, k).inverse
+
+
+def take_middle(b):
+    """Find the mass matrix and accelerations for the second stage of a step, in the middle of the step.
+
+    The velocities V are those at the end of the first stage. For coordinates the middle is h/2 V from the start, so
+    that vibrations keep their energy, see `implicit.step`; velocities there are extrapolated.
+
+    x: change of the velocities by contacts, damping and limits of the first stage, with the masses of the start; it
+    becomes that by the same impulses, and by all other forces in the whole step, with the masses of the middle.
+    """
+    t = tree_at(b.tree, 0)
+    n = t.v_size
+    x, v, v0, a = vector(t.x, n), vector(t.v, n), vector(t.start + 8 * t.q_size, n), vector(t.a, n)
+    carried, springs = vector(t.room, n), vector(t.springs, (n, n))
+    weigh(t, x)
+    copy(x, carried)
+    ahead = 0.5 * t.span / t.stage
+    for k in range(n):
+        for i in range(n):  # springs: by h/2 V, D moves them on by h/2 times the velocities of the middle
+            carried[k] += t.span * springs[k, i] * (ahead - 1.0) * (v[i] - v0[i])
+    for k in range(n):
+        x[k] = 0.5 * t.span * v[k]
+        v[k] = v0[k] + ahead * (v[k] - v0[k])
+    move_from_start(b)
+    call_on_tree(t.accelerate, t)
+    add_damping(b)
+    for k in range(n):
+        x[k] = carried[k] - t.span * x[k]  # the stages themselves have damping and limits
+    dynamics.solve(t, x)
+    for k in range(n):
+        x[k] += t.span * a[k]
 
 
 def add_force(b, force, moment):

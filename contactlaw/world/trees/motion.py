@@ -204,6 +204,7 @@ def predict_midpoint(t, h):
     """Find mass matrix and accelerations for the next substeps of h [s], at the middle of the kicks that end these.
 
     For a single substep that is where it ends: coordinates and bodies stay there. Otherwise coordinates are set back.
+    Of n substeps that end the step, the last kick is a half one: their middle is n^2/(2 n - 1) h from the first.
 
     A contact force acts where the tree is, and M belongs to where it was a time T before or will be: torques on a link
     and on what that carries do not cancel. An error of its rate turns the link by T times that, which changes the rate
@@ -217,12 +218,13 @@ def predict_midpoint(t, h):
     for k in range(n):
         turned = max(turned, abs(vector(t.kick_v, n)[k]) * norm(load(axis_at(t.axes, k).spin)))
     longest = min(longest, sqrt(HELD_GAIN * h / max(turned * t.coupling, 1e-300)))
-    t.hold = int(max(min(HOLD, longest / h), 1.0)) if t.held == h else 1
-    kicks, known = (0.5 * t.hold, 0.5) if t.held > 0.0 else (1.0, 1.0)  # half a kick of the first substep is known
+    left = max(round((t.span - body_at(t.bodies, 0).time) / h), 1)
+    t.hold = min(int(max(min(HOLD, longest / h), 1.0)), left) if t.held == h else 1
+    half = h * (0.5 * (t.hold + 1) if t.hold < left else t.hold * t.hold / (2.0 * t.hold - 1.0))
+    kicks, known = (half / h - 0.5, 0.5) if t.held > 0.0 else (1.0, 1.0)  # half a kick of the first substep is known
     t.held = h
     stiff = is_stiff(t, h)
-    t.lag = stiff_lag(t, h) if stiff else 0.5 * h * t.hold
-    half = 0.5 * h * (t.hold + 1)
+    t.lag = stiff_lag(t, h) if stiff else half - 0.5 * h
     q, v, a, x = vector(t.q, t.q_size), vector(t.v, n), vector(t.a, n), vector(t.x, n)
     push, q0, v0 = vector(t.kick_v, n), vector(t.room, t.q_size), vector(t.room + 8 * t.q_size, n)
     damped = vector(t.room + 8 * (t.q_size + 2 * n), n)
