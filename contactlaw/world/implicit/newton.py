@@ -9,13 +9,13 @@ forces P, F, G and their slopes K (`force.slopes`), an iteration for a stage of 
 and likewise with the moments of contacts.
 """
 
-from math import sqrt
+from math import isfinite, sqrt
 
 from contactlaw.jit import jit_module
 from contactlaw.laws.hertz import BY_ITSELF
 from contactlaw.laws.rolling import stiffness
 from contactlaw.memory import whole_at
-from contactlaw.world.bodies.motion import angular_momentum, velocity_at
+from contactlaw.world.bodies.motion import angular_momentum, spin_change, velocity_at
 from contactlaw.world.contacts import force
 from contactlaw.world.contacts.touch import begin_contact, force_of, measure
 from contactlaw.world.data.access import body_at, contact_at, near_at, pair_at, shape_at, tree_at
@@ -24,7 +24,7 @@ from contactlaw.world.data.kinds import BOX, EDGE, SEGMENT
 from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.saved import restore_contact, save_contact
-from contactlaw.world.data.vec import ZERO, cross, dot, load, scale, store, sub, to_body
+from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, scale, store, sub, to_body
 from contactlaw.world.implicit.equations import equations_of, mass_address
 from contactlaw.world.shapes.core import set_back
 from contactlaw.world.shapes.geometry import centre, half_axis, meet_near, takes_known_gap
@@ -70,6 +70,26 @@ def begin_residual(w, bodies, stage):
         x = vector(t.x, t.v_size)
         for i in range(o, end):
             right[i] += stage * x[i - o]
+
+
+def residual_speed(w, bodies):
+    """Return the greatest change of velocity that the residual momentum causes [m/s], that of spin [rad/s] added.
+
+    In a tree: the greatest ratio of a residual to its entry on the diagonal of M. NEVER if a force is not finite.
+    """
+    eq = equations_of(w)
+    m, right = eq.m, eq.right
+    most, total = 0.0, 0.0  # the maximum alone would not show what is not finite
+    for k in range(bodies):
+        b = body_at(w.bodies, whole_at(w.island_bodies, k))
+        o, change = b.unknown, 0.0
+        if o >= 0 and b.tree == 0:
+            change = b.inverse_mass * norm(load(right[o:])) + norm(spin_change(b, load(right[o + 3 :])))
+        elif o >= 0 and b.member == 0:
+            for i in range(o, o + tree_at(b.tree, 0).v_size):
+                change, total = max(change, abs(right[i]) / m[i, i]), total + right[i]
+        most, total = max(most, change), total + change
+    return most if isfinite(total) else NEVER
 
 
 def begin_matrix(w, bodies):

@@ -1,7 +1,7 @@
 """Implicit steps of islands of persistent contacts, in which nothing strikes.
 
-The step of an engine is far too long to resolve the vibrations of contacts that carry a load, and these do not matter.
-The velocities V of the bodies at the end of a stage of b seconds satisfy
+The step of an engine is far too long for the vibrations of contacts that carry a load, and these do not matter. The
+velocities V of the bodies at the end of a stage of b seconds satisfy
 
     M (V - v) = b (M a + J^T F(X, V))        X = x + b V
 
@@ -35,7 +35,13 @@ from contactlaw.world.data.saved import restore_body, restore_contact, save_body
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, load, norm, scale, store, sub
 from contactlaw.world.implicit.acceptance import ENERGY_GAIN, MANY, changes_regime, energy, is_persistent, motion_of
 from contactlaw.world.implicit.equations import equations_of, factorise, substitute
-from contactlaw.world.implicit.newton import add_stiffness, begin_matrix, begin_residual, evaluate_contact
+from contactlaw.world.implicit.newton import (
+    add_stiffness,
+    begin_matrix,
+    begin_residual,
+    evaluate_contact,
+    residual_speed,
+)
 from contactlaw.world.sleep import fall_asleep, wake
 from contactlaw.world.trees.kinematics import vector
 
@@ -195,14 +201,14 @@ def begin_stage(w, bodies, stage, before):
         k = whole_at(w.island_bodies, i)
         b = body_at(w.bodies, k)
         if b.tree != 0 and b.member == 0 and before > 0.0:
-            t, o = tree_at(b.tree, 0), b.unknown
+            t = tree_at(b.tree, 0)
             x, v = vector(t.x, t.v_size), vector(t.v, t.v_size)
             for i in range(t.v_size):
-                v[i] = eq.velocity[o + i]
-                x[i] = before / stage * (v[i] - eq.begun[o + i]) - before * eq.acceleration[o + i]
+                j = b.unknown + i
+                v[i], x[i] = eq.velocity[j], eq.free[j] - (before + stage) * eq.acceleration[j] - eq.begun[j]
             call_with_body(t.take_middle, b)
             for i in range(t.v_size):
-                eq.free[o + i] = eq.begun[o + i] + x[i]
+                eq.free[b.unknown + i] = eq.begun[b.unknown + i] + x[i]
         if b.tree == 0 and b.unknown >= 0 and b.isotropic == 0:
             start = load(saved_body(w, k).momentum)
             gained = sub(angular_momentum(b, load(eq.velocity[b.unknown + 3 :])), start)
@@ -213,9 +219,8 @@ def begin_stage(w, bodies, stage, before):
 def guess_velocities(w, bodies, pairs, stage):
     """Set the first guess for a stage [s]; return whether it holds: bodies under the forces at the step's start.
 
-    Where contacts of a crowd vibrate, these forces would carry a body much further than its contacts are deep. From
-    rest instead, Newton's method begins with the contacts as they are: its first iteration is that of the linear
-    problem. Not in small islands: from rest a sliding ball's step to rolling would converge too, 3e-5 of its way off.
+    In a crowd that vibrates these would carry a body much further than its contacts are deep. From rest, the first
+    iteration is that of the linear problem. Not in small islands: a sliding ball's step to rolling would end 3e-5 off.
     """
     eq = equations_of(w)
     for i in range(w.unknowns):  # steady islands have no trees
@@ -263,9 +268,8 @@ def solve(w, bodies, pairs, span, previous, slides):
     slides: whether this is a steady slide. The first residual is then that of vibrations about it, which the stages
     damp at a rate that is not theirs: LEFT of it may remain, and the first stage takes one iteration. No error adds up:
     an iteration conserves momentum, and takes mu times the normal impulse from the slide, as slopes of friction are mu
-    times those of P. So the velocity along the slide is as exact as that across, where the contacts restore it. Only if
-    the guess is near: what an iteration leaves grows with the square of its way, and the next guess carries it on by
-    the square of a stage over the vibrations' time, so that from far they would grow from step to step.
+    times those of P. Only if the guess is near: what an iteration leaves grows with the square of its way, and the next
+    guess carries it on by the square of a stage over the vibrations' time, so that from far they would grow.
     """
     stage, time = span
     eq, stalls = equations_of(w), 0
@@ -317,26 +321,6 @@ def keeps_overlaps(w, pairs):
             start = contact_at(w.saved_contacts, r.slot).touch.overlap
             near = near and abs(contact_at(w.contacts, r.slot).touch.overlap - start) <= GUESSED * start
     return near
-
-
-def residual_speed(w, bodies):
-    """Return the greatest change of velocity that the residual momentum causes [m/s], that of spin [rad/s] added.
-
-    In a tree: the greatest ratio of a residual to its entry on the diagonal of M. NEVER if a force is not finite.
-    """
-    eq = equations_of(w)
-    m, right = eq.m, eq.right
-    most, total = 0.0, 0.0  # the maximum alone would not show what is not finite
-    for k in range(bodies):
-        b = body_at(w.bodies, whole_at(w.island_bodies, k))
-        o, change = b.unknown, 0.0
-        if o >= 0 and b.tree == 0:
-            change = b.inverse_mass * norm(load(right[o:])) + norm(spin_change(b, load(right[o + 3 :])))
-        elif o >= 0 and b.member == 0:
-            for i in range(o, o + tree_at(b.tree, 0).v_size):
-                change, total = max(change, abs(right[i]) / m[i, i]), total + right[i]
-        most, total = max(most, change), total + change
-    return most if isfinite(total) else NEVER
 
 
 def place_body(w, k, stage, time):
