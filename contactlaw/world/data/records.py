@@ -77,7 +77,8 @@ BODY = record(
 TREE = record(
     # addresses of the functions that move it, see `trees.mobility` and `trees.motion`
     fly="u8", drift="u8", settle="u8", kick="u8", mobility="u8", spread_delta_v="u8", add_accelerations="u8", stop="u8",
-    move_from_start="u8", write_masses="u8", add_damping="u8", take_middle="u8", add_force="u8",  # in an implicit step
+    # and in an implicit step
+    move_from_start="u8", write_masses="u8", add_damping="u8", balance="u8", take_middle="u8", add_force="u8",
     move="u8",  # q <- q moved by x; poses of its bodies, links and axes there
     accelerate="u8",  # M(q) and its factor; a at q and v
     # its bodies are consecutive rows: address and number of the first, and how many
@@ -100,7 +101,7 @@ TREE = record(
     start="u8",  # q_size + v_size, coordinates and velocities at the start of an implicit step
     links="u8", joints="u8", axes="u8",  # records
     numbers="i8",  # where all these begin in `Arrays.joints`
-    # in an implicit step: index of its first unknown; address and row length of its mass matrix; a stage [s]
+    # in an implicit step: index of its first unknown; address and row length of a matrix; a stage [s]
     unknown="i8", weights="u8", stride="i8", stage="f8",
     origin=VECTOR,  # within a step: point of the world [m] to which spatial velocities and moments refer
     hold="i8",  # substeps for which its mass matrix and accelerations are still held

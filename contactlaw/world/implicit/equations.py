@@ -30,31 +30,24 @@ class Equations(NamedTuple):
     about: Array  # about an axis
     first: Array  # the first column of each row's envelope
     last: Array  # the last column of each row of U
-    m: Array  # M, the mass matrix of trees, which lies within the envelope; as H
+    diagonal: Array  # of the mass matrices of trees
 
 
-VECTORS = len(Equations._fields) - 2
+VECTORS = len(Equations._fields) - 1
 
 
 def room_for(unknowns: int) -> tuple[int, int]:
-    """Return the shape of the working memory for so many unknowns: H, the vectors as rows below it, then M."""
+    """Return the shape of the working memory for so many unknowns: H, and the vectors as rows below it."""
     size = min(unknowns, LARGEST)
-    return 2 * size + VECTORS, size
+    return size + VECTORS, size
 
 
 @jit_inline
 def equations_of(w):
     """Return the `Equations` of a world."""
     n = w.unknown_room
-    h, m = vector(w.equations, (n, n)), vector(mass_address(w, 0), (n, n))
-    v = vector(w.equations + 8 * n * n, (VECTORS, n))
-    return Equations(h, v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8], v[9], v[10], v[11], m)
-
-
-@jit_inline
-def mass_address(w, i):
-    """Return the address of the diagonal entry of M of unknown i."""
-    return w.equations + 8 * (i + w.unknown_room * (w.unknown_room + VECTORS + i))
+    h, v = vector(w.equations, (n, n)), vector(w.equations + 8 * n * n, (VECTORS, n))
+    return Equations(h, v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8], v[9], v[10], v[11], v[12])
 
 
 def factorise(w):

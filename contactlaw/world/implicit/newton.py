@@ -25,7 +25,7 @@ from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.saved import restore_contact, save_contact
 from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, scale, store, sub, to_body
-from contactlaw.world.implicit.equations import equations_of, mass_address
+from contactlaw.world.implicit.equations import equations_of
 from contactlaw.world.shapes.core import set_back
 from contactlaw.world.shapes.geometry import centre, half_axis, meet_near, takes_known_gap
 from contactlaw.world.trees.kinematics import vector
@@ -39,9 +39,9 @@ INSIDE = 1.0 - 1e-9  # of a half length, and of the cosine of a normal to a face
 
 
 def begin_residual(w, bodies, stage):
-    """Write the residual of a stage [s] without contacts: M (V_free - V), and damping in trees; also the M of trees."""
+    """Write the residual of a stage [s] without contacts: M (V_free - V), and damping in trees."""
     eq = equations_of(w)
-    m, right, velocity, free = eq.m, eq.right, eq.velocity, eq.free
+    right, velocity, free = eq.right, eq.velocity, eq.free
     for k in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, k))
         o, end = unknowns_of(b)
@@ -56,29 +56,22 @@ def begin_residual(w, bodies, stage):
                 store(right[o + 3 :], sub(own, angular_momentum(b, spin)))
             continue
         t = tree_at(b.tree, 0)
-        t.weights, t.stride, t.stage = mass_address(w, o), w.unknown_room, stage
-        for i in range(o, end):
-            for j in range(o, end):
-                m[i, j] = 0.0
-        call_with_body(t.write_masses, b)
-        for i in range(o, end):
-            total = 0.0
-            for j in range(o, end):
-                total += m[i, j] * (free[j] - velocity[j])
-            right[i] = total
-        call_with_body(t.add_damping, b)
+        t.weights, t.stage = eq.diagonal[o:].ctypes.data, stage
         x = vector(t.x, t.v_size)
         for i in range(o, end):
-            right[i] += stage * x[i - o]
+            x[i - o] = free[i] - velocity[i]
+        call_with_body(t.balance, b)
+        for i in range(o, end):
+            right[i] = x[i - o]
 
 
 def residual_speed(w, bodies):
     """Return the greatest change of velocity that the residual momentum causes [m/s], that of spin [rad/s] added.
 
-    In a tree: the greatest ratio of a residual to its entry on the diagonal of M. NEVER if a force is not finite.
+    In a tree: the greatest ratio of a residual to its entry of `diagonal`. NEVER if a force is not finite.
     """
     eq = equations_of(w)
-    m, right = eq.m, eq.right
+    right = eq.right
     most, total = 0.0, 0.0  # the maximum alone would not show what is not finite
     for k in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, k))
@@ -87,15 +80,15 @@ def residual_speed(w, bodies):
             change = b.inverse_mass * norm(load(right[o:])) + norm(spin_change(b, load(right[o + 3 :])))
         elif o >= 0 and b.member == 0:
             for i in range(o, o + tree_at(b.tree, 0).v_size):
-                change, total = max(change, abs(right[i]) / m[i, i]), total + right[i]
+                change, total = max(change, abs(right[i]) / eq.diagonal[i]), total + right[i]
         most, total = max(most, change), total + change
     return most if isfinite(total) else NEVER
 
 
 def begin_matrix(w, bodies):
-    """Set H to the mass matrix M, and the envelope to that of M."""
+    """Set H to the mass matrix M, in trees with damping, and the envelope to that of M."""
     eq = equations_of(w)
-    h, m = eq.h, eq.m
+    h = eq.h
     for k in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, k))
         o, end = unknowns_of(b)
@@ -104,9 +97,14 @@ def begin_matrix(w, bodies):
         for i in range(o, end):
             eq.first[i] = o
             for j in range(w.unknowns):
-                h[i, j] = m[i, j] if b.tree != 0 and o <= j < end else 0.0
+                h[i, j] = 0.0
         if b.tree == 0:
             write_inertia(b, h)
+        else:
+            t = tree_at(b.tree, 0)
+            t.weights, t.stride = h[o:, o:].ctypes.data, w.unknown_room
+            call_with_body(t.write_masses, b)
+            call_with_body(t.add_damping, b)
 
 
 def unknowns_of(b):

@@ -227,29 +227,53 @@ def write_masses(b):
 
 
 def add_damping(b):
-    """Add damping and active limits to the matrix at `weights`; x <- their force, less that at the start of the step.
-
-    With D and limits as in `trees.dynamics`: b D + b^2 K, and -D (V - v) and the change of a limit's force. Springs,
-    which D has a part of, keep the force of the start.
-    """
+    """Add b D + b^2 K of damping and active limits to the matrix at `weights`, b a stage of an implicit step [s]."""
     t = tree_at(b.tree, 0)
     n = t.v_size
-    d, out, x = vector(t.d, (n, n)), vector(t.weights, (n, t.stride)), vector(t.x, n)
-    springs = vector(t.springs, (n, n))
-    q, v = vector(t.q, t.q_size), vector(t.v, n)
-    q0, v0 = vector(t.start, t.q_size), vector(t.start + 8 * t.q_size, n)
-    clear(x)
+    d, springs, out = vector(t.d, (n, n)), vector(t.springs, (n, n)), vector(t.weights, (n, t.stride))
     for k in range(n):
         axis = axis_at(t.axes, k)
         for i in range(n):
-            own = d[k, i] - springs[k, i]
-            out[k, i] += t.stage * own
-            x[k] += springs[k, i] * v0[i] - own * (v[i] - v0[i])
+            out[k, i] += t.stage * (d[k, i] - springs[k, i])
+        if (
+            axis.side != 0.0
+            and dynamics.limit_force(axis, vector(t.q, t.q_size)[axis.coordinate], vector(t.v, n)[k]) > 0.0
+        ):
+            out[k, k] += t.stage * (axis.resistance + t.stage * axis.stiffness)
+
+
+def resist(t, force):
+    """Find the force of damping and active limits less that at the start of the step: -D (V - v), and of limits.
+
+    Springs, which D has a part of, keep the force of the start.
+    """
+    n = t.v_size
+    d, springs = vector(t.d, (n, n)), vector(t.springs, (n, n))
+    q, v = vector(t.q, t.q_size), vector(t.v, n)
+    q0, v0 = vector(t.start, t.q_size), vector(t.start + 8 * t.q_size, n)
+    for k in range(n):
+        axis = axis_at(t.axes, k)
+        first, end = (0, n) if t.coupled != 0 else (k, k + 1)
+        force[k] = 0.0
+        for i in range(first, end):
+            force[k] += springs[k, i] * v0[i] - (d[k, i] - springs[k, i]) * (v[i] - v0[i])
         if axis.side != 0.0:
             now = max(dynamics.limit_force(axis, q[axis.coordinate], v[k]), 0.0)
-            x[k] += axis.side * (now - max(dynamics.limit_force(axis, q0[axis.coordinate], v0[k]), 0.0))
-            if now > 0.0:
-                out[k, k] += t.stage * (axis.resistance + t.stage * axis.stiffness)
+            force[k] += axis.side * (now - max(dynamics.limit_force(axis, q0[axis.coordinate], v0[k]), 0.0))
+
+
+def balance(b):
+    """Replace velocities x by momenta M x, and add those by damping and limits in a stage of an implicit step.
+
+    Writes the diagonal of M + b D, the scale of what is left of momenta, to `weights`.
+    """
+    t = tree_at(b.tree, 0)
+    x, force, diagonal = vector(t.x, t.v_size), vector(t.room, t.v_size), vector(t.weights, t.v_size)
+    weigh(t, x)
+    resist(t, force)
+    for k in range(t.v_size):
+        x[k] += t.stage * force[k]
+        diagonal[k] = axis_at(t.axes, k).inertia + t.stage * vector(t.d, (t.v_size, t.v_size))[k, k]
 
 
 def weigh(t, x):
@@ -281,7 +305,7 @@ def take_middle(b):
     t = tree_at(b.tree, 0)
     n = t.v_size
     x, v, v0, a = vector(t.x, n), vector(t.v, n), vector(t.start + 8 * t.q_size, n), vector(t.a, n)
-    carried, springs = vector(t.room, n), vector(t.springs, (n, n))
+    carried, force, springs = vector(t.room, n), vector(t.room + 8 * n, n), vector(t.springs, (n, n))
     weigh(t, x)
     copy(x, carried)
     ahead = 0.5 * t.span / t.stage
@@ -293,9 +317,9 @@ def take_middle(b):
         v[k] = v0[k] + ahead * (v[k] - v0[k])
     move_from_start(b)
     call_on_tree(t.accelerate, t)
-    add_damping(b)
+    resist(t, force)
     for k in range(n):
-        x[k] = carried[k] - t.span * x[k]  # the stages themselves have damping and limits
+        x[k] = carried[k] - t.span * force[k]  # the stages themselves have damping and limits
     dynamics.solve(t, x)
     for k in range(n):
         x[k] += t.span * a[k]

@@ -198,7 +198,7 @@ def addresses() -> dict[str, int]:
         call_with_number: (motion.fly, motion.drift),
         call_with_body: (
             mobility.settle, mobility.spread_delta_v, mobility.stop, mobility.move_from_start, mobility.write_masses,
-            mobility.add_damping, mobility.take_middle,
+            mobility.add_damping, mobility.balance, mobility.take_middle,
         ),
         call_with_vectors: (mobility.kick, mobility.add_accelerations, mobility.add_force),
         ask_mobility: (mobility.mobility,),
