@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from contactlaw import LAWS, ContactPair, rebound
 from contactlaw.jit import jit
-from contactlaw.laws.hertz import hertz_stiffness
+from contactlaw.laws.hertz import BY_ITSELF, hertz_stiffness
 from contactlaw.laws.microslip import Microslip
 from contactlaw.laws.record import (
     LASTING,
@@ -43,7 +43,7 @@ def take(p, header, memory, overlap, before, free, du, dv, dt):
         reset(contact, pair, pair.radius)
         contact.mass, contact.tangential_mass = MASS, TANGENTIAL_MASS
     contact.overlap, contact.before, contact.closing = overlap, before, (overlap - before) / dt if dt > 0.0 else 0.0
-    press(contact, pair, dt, (free, 1.0, 0.0, 1.0))
+    press(contact, pair, dt, (free, *BY_ITSELF[1:]))
     ask(contact, pair, p[PAIR_SIZE:], memory, du, dv, dt)
     return contact.force, contact.f, contact.g
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from contactlaw import LAWS
 from contactlaw.jit import jit_for
+from contactlaw.laws.hertz import BY_ITSELF
 from contactlaw.laws.record import OPEN, PAIR_SIZE, pair_of
 from contactlaw.laws.step import ask, press, reset
 from contactlaw.world.contacts.touch import force_of, turn_frame
@@ -129,7 +130,7 @@ def _push(scene, p, contacts, memories, places, velocities, spins, out):
         turn_frame(c, n, 0.5 * dt * dot(spin, n))
         velocity, first = axpy(-arm, cross(spin, n), velocity), load(c.tangent)
         t.closing = -dot(velocity, n)
-        press(t, pair, dt, (free, 1.0, 0.0, 1.0))
+        press(t, pair, dt, (free, *BY_ITSELF[1:]))
         ask(t, pair, p[PAIR_SIZE:], memory, dt * dot(velocity, first), dt * dot(velocity, cross(n, first)), dt)
         force = force_of(c)
         for ball, side in ((a, 1.0), (b, -1.0)):

@@ -40,6 +40,7 @@ def convex_hull(points: Array, fine: float = FINE, most: int = MOST, flat: float
     The next vertex is the point furthest outside the present hull (Barber, Dobkin & Huhdanpaa 1996), until none is
     further than `fine` times the size, or there are `most` vertices. It replaces all connected faces that it sees, or
     in whose plane it lies: no face is then a sliver of three nearly collinear vertices without a meaningful normal.
+    flat: distance to a face, over the size, up to which a vertex lies in its plane.
 
     Raises:
         ValueError: All points lie in a plane.

@@ -7,8 +7,8 @@ Damping that the steps of a flight are too long to follow is linearly implicit: 
 remain right. In the leapfrog damping follows the implicit midpoint rule over a group of substeps of T seconds, contacts
 included: with M + T/2 D in place of M, v1 - v0 = M^-1 (T (f - D (v0 + v1)/2) + p), from the middle of the group's first
 drift, where its kicks begin to count, to that of the next group's. Velocities of rates r > 2/T swing about what
-contacts and forces ask for; their mean does not. Where they would for long, see `dynamics`, M + s D reduces each
-rate r to r/(1 + s r), with s such that no velocity loses more than half in a substep.
+contacts and forces ask for; their mean does not. Where they would for long, see `dynamics`, M + s D, in the first drift
+too, reduces each rate r to r/(1 + s r), with s such that no velocity loses more than half in a substep.
 
 In the leapfrog M and a are held for a few substeps, at their values in the middle of the kicks that end these: the
 error is of second order in how far the tree moves in that time. The drift between two such groups uses the a of the
