@@ -16,7 +16,7 @@ from contactlaw.world import World
 from contactlaw.world.arrays import kept, restored, with_contacts_of
 from contactlaw.world.building import SUBSTEPS
 from contactlaw.world.data.frames import IDENTITY
-from contactlaw.world.data.records import CLOSED, EDITED, FREE, Array, Arrays
+from contactlaw.world.data.records import EDITED, FREE, Array, Arrays
 from contactlaw.world.near.sets import systems_of
 from contactlaw.world.readout import DOUBTFUL, Ledger, doubt_value, ledger, mean_impulses
 from contactlaw.world.shapes.description import tangent
@@ -195,7 +195,4 @@ class Scene:
                 if not same:
                     mine.bodies["held"][i + 1] = np.nan
                     mine.world["edited"] = EDITED
-        mine = with_contacts_of(mine, theirs, numbers)
-        if (mine.contacts["phase"] == CLOSED).sum() < (theirs.contacts["phase"] == CLOSED).sum():
-            mine.bodies["held"] = np.nan  # what slept may have lain on a contact that is no more
-        self.bodies.bind(mine)
+        self.bodies.bind(with_contacts_of(mine, theirs, numbers))

@@ -200,12 +200,16 @@ def restored(saved: Arrays, own: Arrays) -> Arrays:
 
 
 def with_contacts_of(one: Arrays, old: Arrays, shapes: dict[int, int]) -> Arrays:
-    """Return a world with the contacts of an older one; shapes: numbers of the shapes that are in both, by the old."""
+    """Return a world with the contacts of an older one; what slept in others wakes, as it may have lain on them.
+
+    shapes: numbers of the shapes that are in both, by the old.
+    """
     for slot in np.flatnonzero(old.contacts["phase"] != FREE):
         c = old.contacts[slot]
         a, b = shapes.get(int(c["shape_a"])), shapes.get(int(c["shape_b"]))
         pair = -1 if a is None or b is None else one.groups[one.shapes["group"][a], one.shapes["group"][b]]
         if pair < 0:
+            one.bodies["held"][[one.shapes["body"][shape] for shape in (a, b) if shape is not None]] = np.nan
             continue
         one = with_more_room(one) if one.world["spares"][0] == 0 else one
         one.world["spares"] -= 1

@@ -194,3 +194,20 @@ def test_what_sleeps_on_a_body_whose_contact_is_removed_falls_from_the_next_step
     step(callback, 24)
     for body in bodies:
         assert velocities(client, body)[0][2] == pytest.approx(-23.5 * G / 240, rel=1e-6)
+
+
+def test_what_sleeps_elsewhere_goes_on_sleeping_where_a_contact_is_removed(client: int) -> None:
+    """Of a tower of two the upper one falls with the lower one; a ball beside it does not notice."""
+    floor, bodies = plane(client), [ball(client, [x, 0, z]) for x, z in ((0.2, RADIUS), (0, RADIUS), (0, 3 * RADIUS))]
+    callback, handle = in_contact(client, bodies[1], floor, pair_of(restitution=0.5), dt=1 / 240, gravity=G)
+    callback.add_contact(bodies[2], bodies[1], pair_of(restitution=0.5))
+    callback.add_contact(bodies[0], floor, pair_of(restitution=0.5))
+    step(callback, 240)
+    callback.remove_contact(handle)
+    p.setCollisionFilterPair(bodies[1], floor, -1, -1, 0, client)  # nor by Bullet's own response
+    rows = [1 + callback._scene._row[body, -1] for body in bodies]
+    records = callback._scene.bodies.arrays.bodies
+    assert records["asleep"][rows].all() and np.isnan(records["held"][rows, 0]).tolist() == [False, True, False]
+    step(callback, 2)
+    assert velocities(client, bodies[0])[0][2] == 0.0
+    assert velocities(client, bodies[2])[0][2] == pytest.approx(-1.5 * G / 240, rel=0.1)
