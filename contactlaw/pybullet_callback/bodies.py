@@ -188,7 +188,7 @@ class Bodies:
             self._refuse()
         found = pushed == rows.PLACED
         for one in self.trees:
-            found |= one.begin_step(self._head["gravity"][0], self.dt)
+            found |= one.begin_step(self._head["gravity"][0])
         if found:
             self._find_pressed()
             pushed = select_pushed(self._head_at)
@@ -204,10 +204,8 @@ class Bodies:
         while step(self._state, 0.0, 1) == 0:
             self.bind(with_more_room(self.arrays))
         find_pressed(self._head_at)
-        for one in self.trees:
-            if one.placed:
-                self.arrays.bodies["held"][:, 0] = np.nan
-                one.set_tree(self.dt)
+        if any(one.placed for one in self.trees):
+            self.arrays.bodies["held"][:, 0] = np.nan
 
     def _calls_to_push(self, number: int) -> list[tuple[Callable[..., Any], Any]]:
         """Return calls, with arguments, that apply forces and torques to the first `number` selected bodies."""

@@ -71,7 +71,10 @@ tie_at = element(TIE)
 
 
 def take_start(block):
-    """Return whether the user has moved the tree since the last step; if so nothing presses or pushes it."""
+    """Set the world's tree at the start of the step, with the velocity as read; constraints do not resist yet.
+
+    Returns whether the user has moved it since the last step; if so nothing presses or pushes it.
+    """
     own = own_at(block, 0)
     t = tree_at(own.tree, 0)
     left = is_left(own, t)
@@ -81,6 +84,10 @@ def take_start(block):
     if not left:
         clear(vector(own.force, t.v_size))
         clear(vector(own.push, t.v_size))
+    if own.tie_count > 0:
+        clear(vector(t.e, t.v_size * t.v_size))
+        t.coupled = 0
+    put_at_start(own, t)
     return not left
 
 
@@ -108,14 +115,6 @@ def is_left(own, t):
     return True
 
 
-def set_at_start(block, dt):
-    """Set the world's tree at the start of the step of dt [s]; constraints do not resist yet."""
-    own = own_at(block, 0)
-    t = tree_at(own.tree, 0)
-    if own.tie_count > 0:
-        clear(vector(t.e, t.v_size * t.v_size))
-        t.coupled = 0
-    set_start(own, t, dt)
 
 
 def tie(own, t, dt):
@@ -174,17 +173,11 @@ def resist(own, t, most):
     dynamics.add_square(t, t.e, most / abs(change) if most < inertia * abs(change) else inertia)
 
 
-def set_start(own, t, dt):
-    """Set the world's tree at the start of the step of dt [s], with `force` and the velocity at that time."""
-    free, v = vector(own.free_acceleration, t.v_size), vector(own.new_v, t.v_size)
+def put_at_start(own, t):
+    """Set the world's tree at the start of the step, with `force` and the velocity as read."""
     copy(vector(own.force, t.v_size), vector(t.f, t.v_size))
-    copy(vector(own.start_v, t.v_size), v)
-    put(t, own.start_q, own.new_v)
-    copy(vector(t.a, t.v_size), free)
-    if not is_pressed(own, t):
-        for k in range(t.v_size):
-            v[k] += 0.5 * dt * free[k]
-        put(t, own.start_q, own.new_v)
+    put(t, own.start_q, own.start_v)
+    copy(vector(t.a, t.v_size), vector(own.free_acceleration, t.v_size))
 
 
 def put(t, q, v):
@@ -205,12 +198,15 @@ def add_product(m, x, share, out):
 
 
 def take_response(block, dt):
-    """From velocities after Bullet's step: find forces on joints, and which a motor held; then as `set_start`."""
+    """From velocities after Bullet's step of dt [s]: find forces on joints, and which a motor held.
+
+    Then the world's tree is at the start of the step again, with these forces and the velocity at that time.
+    """
     own = own_at(block, 0)
     t = tree_at(own.tree, 0)
     if own.tie_count > 0:
         tie(own, t, dt)
-        set_start(own, t, dt)
+        put_at_start(own, t)
     clear(vector(own.matrix, t.v_size * t.v_size))
     t.weights, t.stride = own.matrix, t.v_size
     call_with_body(t.write_masses, body_at(t.bodies, 0))
@@ -227,7 +223,12 @@ def take_response(block, dt):
         axis.armature = armature_of(own, k, inertia, (abs(gained[k]), abs(after[k]), abs(push[k])), dt)
         m[k, k] = inertia + axis.armature
     add_product(m, gained, 1.0, force)
-    set_start(own, t, dt)
+    put_at_start(own, t)
+    if not is_pressed(own, t):
+        v = vector(own.new_v, t.v_size)
+        for k in range(t.v_size):
+            v[k] = before[k] + 0.5 * dt * vector(own.free_acceleration, t.v_size)[k]
+        put(t, own.start_q, own.new_v)
 
 
 def armature_of(own, motor, inertia, sizes, dt):

@@ -21,7 +21,6 @@ from contactlaw.pybullet_callback.tree_hooks import (
     OWN,
     TIE,
     find_end,
-    set_at_start,
     take_response,
     take_start,
 )
@@ -248,9 +247,8 @@ class Tree:
         self._own["tree"] = world.trees.ctypes.data + self.number * world.trees.itemsize
         self._own["rows"] = rows.ctypes.data + self.first * rows.itemsize
 
-    def begin_step(self, gravity: Array, dt: float) -> bool:
+    def begin_step(self, gravity: Array) -> bool:
         """Take the state at the start of a step; return whether the user has moved it since the last one."""
-        self.placed = take_start(self._block)
         self._tree["gravity"] = gravity
         if not self._members[0].free and len(self._members) == 1:
             stands = p.getBasePositionAndOrientation(self.bodies[0], self._client)
@@ -259,12 +257,8 @@ class Tree:
             self._tree["base_turn"] = w, x, y, z
             if self._towed == TOWED:
                 warnings.warn(TOWED_TEXT.format(self.bodies[0]), ContactWarning, stacklevel=6)
-        self.set_tree(dt)
+        self.placed = take_start(self._block)
         return self.placed
-
-    def set_tree(self, dt: float) -> None:
-        """Set the world's tree at the start of the step, with `force` and the velocity at the time of the position."""
-        set_at_start(self._block, dt)
 
     def read_forces(self, dt: float) -> None:
         """After Bullet's step: find the forces on the joints within it."""

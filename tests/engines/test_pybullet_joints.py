@@ -73,7 +73,7 @@ def test_the_model_moves_as_the_engine_does(client: int, base_mass: float, joint
     one.read(one.start)
     rows = np.zeros(arrays.bodies.size, ROW)  # the tree keeps its address, not the array
     one.bind(arrays, rows)
-    one.begin_step(np.array([1.0, 2.0, -G]), 0.0)
+    one.begin_step(np.array([1.0, 2.0, -G]))
     for _, link in one.links:
         member, (at, _) = one.place_of((body, link))
         own = arrays.bodies[one.first + 1 + member]
@@ -88,7 +88,7 @@ def test_the_model_moves_as_the_engine_does(client: int, base_mass: float, joint
     np.testing.assert_allclose(one.numbers["matrix"], matrix, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(one.numbers["force"], 0.0, atol=1e-5)
     one.read(one.start)
-    one.begin_step(np.array([1.0, 2.0, -G]), 0.0)
+    one.begin_step(np.array([1.0, 2.0, -G]))
     one.push[:] = np.arange(1.0, one.v_size + 1.0)
     one.apply_push()
     p.stepSimulation(client)
@@ -294,7 +294,7 @@ def test_what_presses_on_a_base_with_something_heavy_fixed_to_it_turns_it_as_it_
     one = contact._scene.bodies.trees[0]
     for k in range(3):
         one.read(one.start)
-        one.begin_step(np.zeros(3), 1 / 240)
+        one.begin_step(np.zeros(3))
         one.push[:] = 10.0 * (np.arange(one.v_size) == k)
         one.apply_push()
         p.stepSimulation(client)
