@@ -3,7 +3,7 @@
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 from itertools import groupby
 from typing import Any
 
@@ -148,7 +148,7 @@ instance's name with this one.
 """
 
 
-@cache  # called for each mjData; the pair warns of normal-tangential coupling only once
+@lru_cache(maxsize=1024)  # called for each mjData; the pair warns of normal-tangential coupling only once
 def read(items: tuple[tuple[str, str], ...]) -> Contact:
     """Return the contact that a configuration describes; a ValueError names the key that is missing or not allowed."""
     texts = {key: text for key, text in items if text}

@@ -16,6 +16,7 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from inspect import getfullargspec
 from itertools import combinations_with_replacement, count
 from typing import Any
 
@@ -48,7 +49,6 @@ Contacts = (
 )
 Value = float | OverSpeed | Callable[[Material, Material], float | OverSpeed]
 EVERY = "*"
-SETTINGS = ("substeps", "crowd_substeps", "rounding", "others", "overlaps", "as_native", "geom_friction")
 MAX_EXPLICIT_PAIRS = 256  # sets with more pairs are separated by contype and conaffinity first
 MAX_KINDS = 30  # bits of contype, which is a C int, without those of its sign and of `NO_CONTYPE`
 NAMED = 4  # kinds of contacts that a warning names
@@ -96,6 +96,9 @@ def add_contact(
     ones, twos = (geoms_of(spec, one, argument=name) for name, one in (("geom1", geom1), ("geom2", geom2)))
     contact = Contact(ones, twos, pair, substeps, crowd_substeps, rounding, overlaps=overlaps, others=others)
     return replace_native_contacts(spec, contact)
+
+
+SETTINGS = (*getfullargspec(add_contact).kwonlyargs, "as_native", "geom_friction")
 
 
 def replace_native_contacts(spec: mujoco.MjSpec, contact: Contact) -> str:

@@ -1,7 +1,8 @@
 """The law in an existing URDF, with names of links in place of numbers: docs/pybullet.md has an example."""
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +18,6 @@ Other = int | Names | Sequence[int] | Sequence[shapes.Key]
 Contacts = Sequence[tuple[Names, Other, ContactPair] | tuple[Names, Other, ContactPair, Mapping[str, Any]]]
 
 UNDAMPED = {"linearDamping": 0.0, "angularDamping": 0.0, "maxJointVelocity": 1e6}
-OPTIONS = ("basePosition", "baseOrientation", "globalScaling", "useFixedBase", "useMaximalCoordinates", "flags")
 
 
 class Loaded(NamedTuple):
@@ -51,7 +51,8 @@ def load_urdf(
     if isinstance(contacts, str | bytes) or not isinstance(contacts, Sequence) or not contacts:
         raise ValueError(f"contacts = {contacts!r}: must be a sequence of (links, other, pair), not empty")
     checks.truth("undamped", undamped)
-    client, told = callback._client, {name: _option(name, value) for name, value in options.items()}
+    client = callback._client
+    told = {name: OPTIONS[checks.one_of("option", name, OPTIONS)](name, value) for name, value in options.items()}
     try:
         body = p.loadURDF(os.fspath(path), physicsClientId=client, **told)
     except p.error as error:
@@ -83,24 +84,24 @@ def load_urdf(
     return Loaded(body, tuple(handles))
 
 
-def _option(name: str, value: Any) -> Any:
-    """Return a checked option of pybullet.loadURDF; its physicsClientId is that of the callback."""
-    if name == "basePosition":
-        return checks.vector(name, value).tolist()
-    if name == "baseOrientation":
-        if checks.finite_array(name, value).shape != (4,) or not np.any(value):
-            raise ValueError(f"{name} = {value!r}: must be a quaternion, scalar last")
-        return np.asarray(value, float).tolist()
-    if name == "globalScaling":
-        return checks.positive(name, value)
-    if name in ("useFixedBase", "useMaximalCoordinates"):
-        on = int(value) if isinstance(value, bool | np.bool_) else checks.count(name, value, 0, 1)
-        if on and name != "useFixedBase":
-            raise ValueError(f"{name} = {value!r}: must be False, as PyBullet does not tell the shapes of such a body")
-        return on
-    if name == "flags":
-        return checks.count(name, value, 0)
-    return checks.one_of("option", name, OPTIONS)
+def _quaternion(name: str, value: Any) -> list[float]:
+    if checks.finite_array(name, value).shape != (4,) or not np.any(value):
+        raise ValueError(f"{name} = {value!r}: must be a quaternion, scalar last")
+    return np.asarray(value, float).tolist()
+
+
+def _switch(name: str, value: Any) -> int:
+    on = int(value) if isinstance(value, bool | np.bool_) else checks.count(name, value, 0, 1)
+    if on and name == "useMaximalCoordinates":
+        raise ValueError(f"{name} = {value!r}: must be False, as PyBullet does not tell the shapes of such a body")
+    return on
+
+
+OPTIONS: dict[str, Callable[[str, Any], Any]] = {
+    "basePosition": checks.vector, "baseOrientation": _quaternion, "globalScaling": checks.positive,
+    "useFixedBase": _switch, "useMaximalCoordinates": _switch, "flags": partial(checks.count, least=0),
+}  # fmt: skip
+"""Checks of the options of pybullet.loadURDF; its physicsClientId is that of the callback."""
 
 
 def links_of(body: int | Iterable[int], *names: Names, client: int = 0, argument: str = "names") -> list[shapes.Key]:

@@ -115,8 +115,6 @@ def is_left(own, t):
     return True
 
 
-
-
 def tie(own, t, dt):
     """Let the constraints of a tree resist what would part the bodies that they join; its factor is that without."""
     for i in range(own.tie_count):
