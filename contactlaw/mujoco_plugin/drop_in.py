@@ -245,12 +245,12 @@ def _check_parent_child(model: mujoco.MjModel, which: str, ones: Sequence[Any], 
     """Refuse sets that hold parent and child: they usually overlap at their joint, and the engine lets them."""
     if len(ones) == len(twos) == 1:
         return
-    weld, parent = model.body_weldid, model.body_parentid
+    weld, carriers = model.body_weldid, layout.view_of(model).carriers
     sides = [groups(geoms, lambda geom: int(weld[model.geom_bodyid[geom.id]])) for geoms in (ones, twos)]
     for here, there in (sides, sides[::-1]):
         for body, geoms in here.items():
-            above = int(weld[parent[body]])
-            if body and above and above in there:
+            above = int(carriers[body])
+            if above and above in there:
                 carrier, carried = (shape_of(one).label for one in (there[above][0], geoms[0]))
                 raise ValueError(
                     f"{which}: {carrier} and {carried} belong to parent and child, which overlap at their joint; leave "

@@ -91,11 +91,9 @@ def contact_of_kinds(
     A `<pair>` with a negative margin is one that `spec` wrote, so it is the law's.
     """
     before = {geom: own for one in known for geom, own in one.native.items()}
-    weld, owner, fixed = view.body_weldid, view.geom_bodyid, view.body_treeid < 0
-    above = weld[view.body_parentid[weld]]  # of each body: the one that carries it and what is welded to it
+    weld, owner, fixed, above = view.body_weldid, view.geom_bodyid, view.body_treeid < 0, view.carriers
     carriers = set(above[weld[owner]].tolist()) - {0}
-    excluded = [(signature >> 16, signature & 0xFFFF) for signature in view.exclude_signature.tolist()]
-    apart = {body for both in excluded for body in both}
+    apart = {body for signature in view.exclude_signature.tolist() for body in (signature >> 16, signature & 0xFFFF)}
     apart |= {body for body in set(owner.tolist()) if above[body] or int(weld[body]) in carriers}
     named = {geom for both in view.margins for geom in both}
 
@@ -112,13 +110,7 @@ def contact_of_kinds(
     body = owner[some]
     was = np.array([before.get(geom, (0, 0)) for geom in some.tolist()]).T
     now = np.array([view.bits[geom] for geom in some.tolist()]).T
-    native = touch(was[:, :, None], was) & ~touch(now[:, :, None], now)
-    native &= ~(fixed[body][:, None] & fixed[body])
-    if not view.opt["disableflags"] & FILTER_PARENT:
-        child = (above[body][:, None] == weld[body]) & (weld[body] > 0)
-        native &= ~(child | child.T)
-    for one, two in excluded:
-        native[np.ix_(body == one, body == two)] = native[np.ix_(body == two, body == one)] = False
+    native = touch(was[:, :, None], was) & ~touch(now[:, :, None], now) & may_meet(view, body[:, None], body)
     for (one, two), margin in view.margins.items():
         if one in before and two in before:
             native[kind[one], kind[two]] = native[kind[two], kind[one]] = margin < 0.0
@@ -179,17 +171,22 @@ class ContactInstance:
         return {geom: Shape(kind, v.geom_size[geom].copy(), v.label("geom", geom)) for geom, kind in kinds.items()}
 
 
-def native_rule(view: layout.ModelView) -> Callable[[tuple[int, int]], bool]:
-    """Return a function that tells whether two geoms of different bodies touch by the engine's own contact."""
-    owner, excluded = view.geom_bodyid.tolist(), set(view.exclude_signature.tolist())
+def may_meet(view: layout.ModelView, one: Any, two: Any) -> Any:
+    """Return whether the engine tests geoms of bodies that are not welded together, ids or arrays, by their bits."""
+    (a, above_a), (b, above_b) = ((view.body_weldid[body], view.carriers[body]) for body in (one, two))
+    excluded = np.isin((np.minimum(one, two) << 16) + np.maximum(one, two), view.exclude_signature)
+    meet = ~excluded & ((view.body_treeid[one] >= 0) | (view.body_treeid[two] >= 0))
+    filtered = not view.opt["disableflags"] & FILTER_PARENT
+    return meet & ~(filtered & (((above_a == b) & (b > 0)) | ((above_b == a) & (a > 0))))
 
-    def is_native(pair: tuple[int, int]) -> bool:
-        low, high = sorted(owner[geom] for geom in pair)
-        if (min(pair), max(pair)) in view.margins:
-            return view.margins[min(pair), max(pair)] >= 0.0
-        return (low << 16) + high not in excluded and touch(view.bits[pair[0]], view.bits[pair[1]])
 
-    return is_native
+def is_native(view: layout.ModelView, one: int, two: int) -> bool:
+    """Return whether two geoms touch by the engine's own contact."""
+    low, high = sorted((one, two))
+    if (low, high) in view.margins:
+        return view.margins[low, high] >= 0.0
+    a, b = view.geom_bodyid[[one, two]]
+    return touch(view.bits[one], view.bits[two]) and view.body_weldid[a] != view.body_weldid[b] and may_meet(view, a, b)
 
 
 def skip_constraints(model: mujoco.MjModel) -> bool:
@@ -211,10 +208,10 @@ def _makes_contacts(view: layout.ModelView) -> bool:
     """Return whether the engine may make a contact by itself between any two geoms."""
     if (view.pair_margin >= 0.0).any():
         return True
-    weld, is_native = view.body_weldid[view.geom_bodyid].tolist(), native_rule(view)
-    kinds = groups(range(view.ngeom), lambda geom: (view.bits[geom], weld[geom] == 0))
+    fixed = (view.body_treeid[view.geom_bodyid] < 0).tolist()
+    kinds = groups(range(view.ngeom), lambda geom: (view.bits[geom], fixed[geom]))
     return any(
-        weld[a] != weld[b] and is_native((a, b))
+        is_native(view, a, b)
         for one, two in combinations_with_replacement(kinds, 2)
         if touch(one[0], two[0]) and not (one[1] and two[1])
         for a, b in product(kinds[one], kinds[two])
@@ -223,7 +220,7 @@ def _makes_contacts(view: layout.ModelView) -> bool:
 
 def check(view: layout.ModelView, known: list[ContactInstance], moves: Callable[[int], bool]) -> None:
     """Check that each pair belongs to one instance, can move, and has no native contact; moves: whether a geom can."""
-    bits, margins, is_native = view.bits, view.margins, native_rule(view)
+    bits, margins = view.bits, view.margins
     holders: dict[int, set[int]] = {}  # of each geom the contacts that hold it, so far
     for number, member in enumerate(known):
         if not any(moves(geom) for geom in member.geoms):
@@ -240,7 +237,7 @@ def check(view: layout.ModelView, known: list[ContactInstance], moves: Callable[
         sets = member.sets
         named = [(two, one) if sets.reversed(one, two) else (one, two) for one, two in margins if sets.hold(one, two)]
         some = any(touch(bits[one], bits[two]) for one, two in sets.by_kinds(bits.__getitem__))
-        on = next(filter(is_native, chain(named, sets.every() if some else ())), None)
+        on = next((both for both in chain(named, sets.every() if some else ()) if is_native(view, *both)), None)
         if on:
             margin, gap = native_margin(*(member.shapes[geom] for geom in on))
             one, two = (view.name("geom", geom) for geom in on)

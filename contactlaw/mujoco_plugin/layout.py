@@ -128,6 +128,11 @@ class ModelView:
         pairs = np.sort([self.pair_geom1, self.pair_geom2], axis=0).T.tolist()
         return dict(sorted(zip(map(tuple, pairs), self.pair_margin.tolist(), strict=True)))
 
+    @cached_property
+    def carriers(self) -> Any:
+        """Of each body: the one that carries it and what is welded to it."""
+        return self.body_weldid[self.body_parentid[self.body_weldid]]
+
     @property
     def signature(self) -> int:
         """Hash of sizes and names, the same for a model that comes from a pickle or a binary file."""

@@ -21,6 +21,7 @@ from itertools import combinations_with_replacement, count
 from typing import Any
 
 import mujoco
+import numpy as np
 
 from contactlaw import checks
 from contactlaw.losses import OverSpeed
@@ -39,6 +40,8 @@ from contactlaw.mujoco_plugin.geoms import (
     touch,
     why_not_served,
 )
+from contactlaw.mujoco_plugin.instances import may_meet
+from contactlaw.mujoco_plugin.layout import view_of
 from contactlaw.pair import ContactPair, ContactWarning
 from contactlaw.world.near.sets import Sets, groups
 
@@ -330,8 +333,7 @@ def _write_bits(spec: mujoco.MjSpec, kinds: dict[Any, list[Any]], kept: dict[Any
 
 
 def _can_meet(model: mujoco.MjModel, ones: Sequence[Any], twos: Sequence[Any]) -> bool:
-    """Return whether any two of these geoms move relative to each other and are not parent and child."""
-    weld, parent = model.body_weldid, model.body_parentid
-    first, second = (dict.fromkeys(int(weld[model.geom_bodyid[geom.id]]) for geom in own) for own in (ones, twos))
-    chained = {(body, int(weld[parent[body]])) for body in {*first, *second} if body and weld[parent[body]]}
-    return any(a != b and (a, b) not in chained and (b, a) not in chained for a in first for b in second)
+    """Return whether the engine tests any two of these geoms."""
+    first, second = (np.unique(model.geom_bodyid[[geom.id for geom in own]]) for own in (ones, twos))
+    apart = model.body_weldid[first][:, None] != model.body_weldid[second]
+    return bool((apart & may_meet(view_of(model), first[:, None], second)).any())
