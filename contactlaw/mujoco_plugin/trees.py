@@ -28,7 +28,7 @@ from contactlaw.world.data.vec import cross, load, norm, store
 from contactlaw.world.near.passing import find_passing
 from contactlaw.world.state import forget_motion_of
 from contactlaw.world.trees.dynamics import add_impulse
-from contactlaw.world.trees.kinematics import spread_velocity, vector
+from contactlaw.world.trees.kinematics import is_pressed, spread_velocity, vector
 from contactlaw.world.trees.mobility import clear, copy, leave_placed
 
 FIND, MOVE, READ, WRITE = range(4)
@@ -214,14 +214,6 @@ def accelerations(head, j, t, velocities, lag):
     t.lag, t.unmoved = 0.0, 0
     leave_placed(t)
     return vector(t.a, t.v_size)
-
-
-def is_pressed(t):
-    """Return whether a contact presses a body of a tree."""
-    pressed = False
-    for i in range(t.count):
-        pressed = pressed or body_at(t.bodies, i).pressed != 0
-    return pressed
 
 
 def write_tree(head, j, t):

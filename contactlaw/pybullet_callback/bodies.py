@@ -57,13 +57,13 @@ class Bodies:
         self._client, self._world, self._keys, self._check = client, world, keys, check
         self.trees, self._measured = trees, measured
         self.singles = count = trees[0].first if trees else len(keys)
-        self.rows: Any = np.zeros(len(keys), rows.ROW)
+        self.rows: Any = np.zeros(count, rows.ROW)
         self._bytes = memoryview(self.rows.view(np.uint8))
-        self._selected: Any = np.zeros(len(keys), np.int64)
+        self._selected: Any = np.zeros(count, np.int64)
         self._selected_rows = memoryview(self._selected)
         self._head: Any = np.zeros(1, rows.HEAD)
         self._head["simple"] = self._simple = not (trees or measured)
-        self._head["count"], self._head["singles"] = len(keys), count
+        self._head["singles"] = count
         self._head_at = self._head.ctypes.data
         self.rows["left"]["position"] = np.nan
         self.outdated = False
@@ -92,7 +92,7 @@ class Bodies:
         for name, array in (("world", self._state), ("rows", self.rows), ("selected", self._selected)):
             self._head[name] = array.ctypes.data
         for one in self.trees:
-            one.bind(self.arrays, self.rows)
+            one.bind(self.arrays)
         self.flies = self._sleeps = False
 
     def read_masses(self, these: Iterable[int]) -> None:
@@ -199,11 +199,17 @@ class Bodies:
     def _find_pressed(self) -> None:
         """After the user has moved bodies: find near pairs, and what presses on what."""
         self._check()
-        self.read_masses(np.flatnonzero(self.rows["placed"][: self.singles]).tolist())
+        self.read_masses(np.flatnonzero(self.rows["placed"]).tolist())
         self._state["stale"] = 1
         while step(self._state, 0.0, 1) == 0:
             self.bind(with_more_room(self.arrays))
+        bodies = self.arrays.bodies
+        bodies["placed"][1 : 1 + self.singles] = self.rows["placed"]
+        for one in self.trees:
+            bodies["placed"][1 + one.first :][: len(one.heads)] = one.placed
+        before = bodies["pressed"].copy()
         find_pressed(self._head_at)
+        bodies["pressed"] = np.where(bodies["placed"] != 0, bodies["pressed"], before)  # others as they were written
         if any(one.placed for one in self.trees):
             self.arrays.bodies["held"][:, 0] = np.nan
 

@@ -70,14 +70,14 @@ def read_bodies(head, w):
             store(b.position, load(r.left.position))
             store4(b.quaternion, rows.quaternion_of(r.left))
             motion.move_kinematic(w, b, x, rows.quaternion_of(r.before), head.dt)
-            r.pressed, r.placed = 0, b.placed
+            b.pressed, r.placed = 0, b.placed
             placed |= r.placed
             moved = moved or r.placed != 0
             continue
         r.placed = 0 if r.mass == 0.0 or norm(sub(x, load(r.left.position))) <= rows.EXACT * norm(x) else 1
         if r.mass == 0.0 or r.placed != 0:
             placed |= r.placed
-            r.pressed, moved = 0, True
+            b.pressed, moved = 0, True
         rows.set_body(r, b, head.dt)
     if moved:  # sleeping bodies must check again whether what holds them is still there
         w.stale = 1
@@ -190,24 +190,20 @@ def find_pressed(block):
     """Find which bodies are pressed where the user has put bodies: these have their true velocities in PyBullet."""
     head = rows.head_at(block, 0)
     w = world_at(head.world, 0)
-    for k in range(head.count):
-        body_at(w.bodies, k + 1).placed = rows.row_at(head.rows, k).placed
     call_step(address(w, STEP), w, head.dt, FIND_PRESSED)
-    for k in range(head.count):
+    for k in range(head.singles):
         r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
         if r.placed != 0 and b.pressed != 0:
-            r.pressed = 1
-            if k < head.singles:
-                rows.set_body(r, b, head.dt)
+            rows.set_body(r, b, head.dt)
 
 
 def select_pushed(block):
     """Select the bodies to be pushed with the force of the contacts in the last step; return how many."""
     head = rows.head_at(block, 0)
-    head.selected_count = 0
+    w, head.selected_count = world_at(head.world, 0), 0
     for k in range(head.moving):
         r = rows.row_at(head.rows, k)
-        if r.pressed == 0 or r.placed != 0:
+        if body_at(w.bodies, k + 1).pressed == 0 or r.placed != 0:
             store(r.force, (0.0, 0.0, 0.0))
             store(r.torque, (0.0, 0.0, 0.0))
         else:
@@ -244,7 +240,7 @@ def read_accelerations(head, w):
         no_force, no_torque = norm(gained) <= rows.EXACT * speeds, norm(twist) <= rows.EXACT * spins
         if no_force and no_torque:
             continue
-        r.disturbed = 2 if r.pressed != 0 else 1
+        r.disturbed = 2 if b.pressed != 0 else 1
         others += r.disturbed - 1
         if not no_force:
             store(b.acceleration, axpy(1.0 / dt, gained, gravity))
@@ -283,7 +279,7 @@ def keep_own(head, w):
     for k in range(head.moving):
         r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
         tumbles = r.disturbed == 0 and rows.tumbles(b, head.dt)
-        if b.asleep == 0 and (tumbles or r.pressed != 0):
+        if b.asleep == 0 and (tumbles or b.pressed != 0):
             b.touched = 1
 
 
@@ -324,9 +320,10 @@ def check_contacts(head, w):
     """Find which bodies have closed contacts; return the bits NOTED (something to report) and LISTED."""
     flags = 0 if w.lists == head.lists else rows.LISTED
     head.lists = w.lists
-    for k in range(head.count):
-        r = rows.row_at(head.rows, k)
-        r.was_pressed, r.pressed = r.pressed, 0
+    for k in range(head.singles):
+        rows.row_at(head.rows, k).was_pressed = body_at(w.bodies, k + 1).pressed
+    for i in range(w.body_count):
+        body_at(w.bodies, i).pressed = 0
     for slot in range(w.contact_room):
         c = contact_at(w.contacts, slot)
         if c.phase == FREE:
@@ -335,17 +332,17 @@ def check_contacts(head, w):
         flags |= rows.NOTED if bits & ~c.noted != 0 else 0
         c.noted |= bits
         if c.phase == CLOSED:
-            rows.row_at(head.rows, c.body_a - 1).pressed = 1
-            rows.row_at(head.rows, c.body_b - 1).pressed = 1
+            body_at(w.bodies, c.body_a).pressed = 1
+            body_at(w.bodies, c.body_b).pressed = 1
     return flags
 
 
 def write_touched(head, k, r, b):
     """Write the result of the step for a body that was touched."""
     dt, m = head.dt, r.before
-    lag = 0.0 if r.pressed != 0 else -0.5 * dt
+    lag = 0.0 if b.pressed != 0 else -0.5 * dt
     a, moment = load(b.acceleration), load(b.torque)
-    motion.note_usual(b, load(head.gravity), r.usual, r.wrench, r.was_pressed != 0 and r.pressed == 0)
+    motion.note_usual(b, load(head.gravity), r.usual, r.wrench, r.was_pressed != 0 and b.pressed == 0)
     v, spin = axpy(lag, load(b.acceleration), load(b.velocity)), motion.spin_after(b, load(b.spin), lag)
     store(b.torque, moment)
     gained = sub(scale(1.0 / dt, sub(v, load(m.velocity))), a)

@@ -34,18 +34,15 @@ ROW = record(
     left=MOTION,  # as the last call left it in PyBullet; at the start of a step that `begin_step` has PASSED
     mass="f8", inertia=VECTOR,  # zero mass: nothing can move it
     force=VECTOR, torque=VECTOR,  # mean force [N] and torque [N m] of contacts over the last step
-    pressed="i8", was_pressed="i8",  # a contact was closed at its end, and at its start
+    was_pressed="i8",  # a contact was closed at its start, as `pressed` of its body tells of its end
     usual=VECTOR, wrench=VECTOR,  # acceleration, torque besides gravity and contacts in the last step that touched
     placed="i8",  # the user has moved it since
     disturbed="i8",  # Bullet's step moved it not by gravity and the push alone; 2: it was pushed
 )  # fmt: skip
-"""A body of the world in PyBullet; of the parts of bodies with joints, see `trees`, only `pressed` and `placed` count.
-
-First come bodies without joints, of these first those that have a mass.
-"""
+"""A body of PyBullet without joints; those that have a mass come first, as in the world, where trees follow."""
 
 HEAD = record(
-    world="u8", rows="u8", count="i8", singles="i8", moving="i8",  # of all bodies; without joints; of these with mass
+    world="u8", rows="u8", singles="i8", moving="i8",  # number of bodies without joints; of these with mass
     motions="u8", poses="u8", velocities="u8",  # of those: as read before Bullet's step, and what was read after it
     dt="f8", gravity=VECTOR,
     simple="i8",  # no body has joints, no shape must be measured
@@ -100,7 +97,7 @@ def set_body(r, b, dt):
     store(b.position, load(m.position))
     store4(b.quaternion, quaternion_of(m))
     set_axes(b)
-    lag = 0.5 * dt if r.pressed == 0 and r.mass > 0.0 else 0.0
+    lag = 0.5 * dt if b.pressed == 0 and r.mass > 0.0 else 0.0
     store(b.velocity, axpy(lag, load(b.acceleration), load(m.velocity)))
     store(b.spin, spin_after(b, load(m.spin), lag))
 

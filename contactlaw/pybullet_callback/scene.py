@@ -183,9 +183,9 @@ class Scene:
                 continue
             numbers.update(zip(shapes, self.shapes[key], strict=False))
             i, j = self._row[key], old._row[key]
-            row, past = self.bodies.rows[i], old.bodies.rows[j]
-            row["pressed"] = past["pressed"]
+            mine.bodies["pressed"][i + 1] = theirs.bodies["pressed"][j + 1]
             if i < self.bodies.singles and j < old.bodies.singles:
+                row, past = self.bodies.rows[i], old.bodies.rows[j]
                 mass, inertia = row["mass"], row["inertia"].copy()
                 same = mass == past["mass"] and (inertia == past["inertia"]).all()
                 self.bodies.rows[i] = past

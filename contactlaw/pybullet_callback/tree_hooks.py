@@ -26,7 +26,6 @@ from math import inf
 from contactlaw.jit import jit_module
 from contactlaw.laws.record import record
 from contactlaw.memory import element
-from contactlaw.pybullet_callback.rows import row_at
 from contactlaw.world.bodies.motion import settle
 from contactlaw.world.data.access import axis_at, body_at, joint_at, link_at, tree_at, world_at
 from contactlaw.world.data.call import call_with_body
@@ -35,7 +34,7 @@ from contactlaw.world.data.records import BALL, VECTOR
 from contactlaw.world.data.vec import ZERO, axpy, cross, dot, load, scale, store, to_world
 from contactlaw.world.near.passing import overlaps
 from contactlaw.world.trees import dynamics
-from contactlaw.world.trees.kinematics import is_free, vector
+from contactlaw.world.trees.kinematics import is_free, is_pressed, vector
 from contactlaw.world.trees.mobility import clear, copy
 
 EXACT = 1e-9  # relative difference of a coordinate that counts as rounding
@@ -54,8 +53,8 @@ NUMBERS = KEPT | {
 }  # fmt: skip
 """Arrays of a tree besides those of the world, by name, and their shapes."""
 
-OWN = record(tree="u8", rows="u8", ties="u8", tie_count="i8", **dict.fromkeys(NUMBERS, "u8"))
-"""Addresses of a tree's record in the world, of the `rows` of its bodies, of its constraints, and of its arrays."""
+OWN = record(tree="u8", ties="u8", tie_count="i8", **dict.fromkeys(NUMBERS, "u8"))
+"""Addresses of a tree's record in the world, of its constraints, and of its arrays."""
 
 TIE = record(
     bodies=("i8", (2,)),  # that it joins, by number in the tree; -1: what nothing can push
@@ -78,10 +77,9 @@ def take_start(block):
     own = own_at(block, 0)
     t = tree_at(own.tree, 0)
     left = is_left(own, t)
-    for i in range(t.count):
-        r = row_at(own.rows, i)
-        r.placed, r.pressed = 0 if left else 1, r.pressed if left else 0
     if not left:
+        for i in range(t.count):
+            body_at(t.bodies, i).pressed = 0
         clear(vector(own.force, t.v_size))
         clear(vector(own.push, t.v_size))
     if own.tie_count > 0:
@@ -89,14 +87,6 @@ def take_start(block):
         t.coupled = 0
     put_at_start(own, t)
     return not left
-
-
-def is_pressed(own, t):
-    """Return whether a contact on the tree was closed when last looked."""
-    pressed = 0
-    for i in range(t.count):
-        pressed |= row_at(own.rows, i).pressed
-    return pressed != 0
 
 
 def is_left(own, t):
@@ -222,7 +212,7 @@ def take_response(block, dt):
         m[k, k] = inertia + axis.armature
     add_product(m, gained, 1.0, force)
     put_at_start(own, t)
-    if not is_pressed(own, t):
+    if not is_pressed(t):
         v = vector(own.new_v, t.v_size)
         for k in range(t.v_size):
             v[k] = before[k] + 0.5 * dt * vector(own.free_acceleration, t.v_size)[k]
@@ -272,7 +262,7 @@ def find_end(block, world, dt):
             return False
         put(t, own.new_q, own.new_v)
     copy(vector(own.new_q, t.q_size), left)
-    if not is_pressed(own, t):
+    if not is_pressed(t):
         for k in range(t.v_size):
             v[k] -= 0.5 * dt * vector(t.a, t.v_size)[k]
         return True

@@ -241,11 +241,10 @@ class Tree:
                 spin = turned((*turn, w), speeds[j + 3 : j + 6])
                 p.resetBaseVelocity(body, speeds[j : j + 3], spin, self._client)
 
-    def bind(self, world: Arrays, rows: Any) -> None:
-        """Find its numbers in the arrays of a world, before each step for which they are others, and its rows."""
+    def bind(self, world: Arrays) -> None:
+        """Find its numbers in the arrays of a world, before each step for which they are others."""
         self._tree, self._world_block = world.trees[self.number], world.world.ctypes.data
         self._own["tree"] = world.trees.ctypes.data + self.number * world.trees.itemsize
-        self._own["rows"] = rows.ctypes.data + self.first * rows.itemsize
 
     def begin_step(self, gravity: Array) -> bool:
         """Take the state at the start of a step; return whether the user has moved it since the last one."""

@@ -11,7 +11,6 @@ from pybullet_scenes import FREE, RADIUS, ball, in_contact, p, paddle, pair_of, 
 
 from contactlaw import MATERIALS, ContactPair, Material
 from contactlaw.pybullet_callback import ContactCallback
-from contactlaw.pybullet_callback.rows import ROW
 from contactlaw.pybullet_callback.trees import Tree
 from contactlaw.world import World
 from contactlaw.world.trees.tree_records import numbers, write_coordinates
@@ -71,8 +70,7 @@ def test_the_model_moves_as_the_engine_does(client: int, base_mass: float, joint
     one.add_to(world)
     arrays = world.arrays.bound()
     one.read(one.start)
-    rows = np.zeros(arrays.bodies.size, ROW)  # the tree keeps its address, not the array
-    one.bind(arrays, rows)
+    one.bind(arrays)
     one.begin_step(np.array([1.0, 2.0, -G]))
     for _, link in one.links:
         member, (at, _) = one.place_of((body, link))

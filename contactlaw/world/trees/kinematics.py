@@ -25,6 +25,14 @@ def vector(address, size):
     return carray(doubles_at(address), size)
 
 
+def is_pressed(t):
+    """Return whether a contact presses a body of a tree."""
+    pressed = False
+    for i in range(t.count):
+        pressed = pressed or body_at(t.bodies, i).pressed != 0
+    return pressed
+
+
 def add_to_coordinates(t):
     """Move the coordinates by x, in the sense of velocities; poses stay behind."""
     q, x = vector(t.q, t.q_size), vector(t.x, t.v_size)
