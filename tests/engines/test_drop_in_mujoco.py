@@ -321,3 +321,13 @@ def test_mjcf_of_dm_control_keeps_the_law():
         root = mjcf.from_xml_string(model_xml(SCENE, [("body:ball", "floor", PAIR)]))
         physics = mjcf.Physics.from_mjcf_model(root)
     assert bounce_of(physics.model.ptr) == pytest.approx(0.93, abs=1e-3)
+
+
+def test_no_warning_of_a_contact_that_the_engine_does_not_make_either():
+    """Of two planes that nothing moves, one of them a mocap body's."""
+    scene = """<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/><body mocap="true" pos="1 0 0">
+      <geom name="wall" type="plane" size="1 1 1" zaxis="-1 0 0"/></body>
+      <body pos="0 0 .2"><freejoint/><geom name="ball" size=".1"/></body></worldbody></mujoco>"""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert instances_of(load_model(scene, [("*", "*", PAIR)]))

@@ -67,6 +67,13 @@ def xml(option="", native=OFF, **changes):
     return XML.format(option=option, config=config, native=native)
 
 
+def test_xml_needs_no_pair_where_the_engine_tests_none():
+    """Of parent and child; it was refused, as if their native contact were on."""
+    child = '<body pos="0 0 .1"><joint/><geom name="child" size=".02"/></body></body>'
+    model = mujoco.MjModel.from_xml_string(xml(native="", geom2="child").replace("</body>", child))
+    assert len(mujoco.MjData(model).plugin_data) == 1
+
+
 def test_xml_and_add_contact_make_the_same_contact():
     spec, _ = ball_on_floor(steel_pair())
     after = []
