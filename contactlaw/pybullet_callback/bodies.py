@@ -201,6 +201,7 @@ class Bodies:
         self._check()
         self.read_masses(np.flatnonzero(self.rows["placed"]).tolist())
         self._state["stale"] = 1
+        self.arrays.bodies["held"] = np.nan  # sleeping bodies must check again whether what holds them is still there
         while step(self._state, 0.0, 1) == 0:
             self.bind(with_more_room(self.arrays))
         bodies = self.arrays.bodies
@@ -210,8 +211,6 @@ class Bodies:
         before = bodies["pressed"].copy()
         find_pressed(self._head_at)
         bodies["pressed"] = np.where(bodies["placed"] != 0, bodies["pressed"], before)  # others as they were written
-        if any(one.placed for one in self.trees):
-            self.arrays.bodies["held"][:, 0] = np.nan
 
     def _calls_to_push(self, number: int) -> list[tuple[Callable[..., Any], Any]]:
         """Return calls, with arguments, that apply forces and torques to the first `number` selected bodies."""

@@ -2,7 +2,7 @@
 step, and the results of the world's step for the bodies that contacts have touched.
 """
 
-from math import isfinite, nan
+from math import isfinite
 
 from contactlaw.jit import jit_module
 from contactlaw.memory import whole_at
@@ -48,7 +48,7 @@ def begin_step(block):
 
 def read_bodies(head, w):
     """Give the world's bodies the poses and velocities that were read; return 0, PLACED or NOT_FINITE."""
-    head.refreshed, placed, moved = 0, 0, False
+    head.refreshed, placed = 0, 0
     for k in range(head.singles):
         r = rows.row_at(head.rows, k)
         r.before = rows.motion_at(head.motions, k)
@@ -72,19 +72,11 @@ def read_bodies(head, w):
             motion.move_kinematic(w, b, x, rows.quaternion_of(r.before), head.dt)
             b.pressed, r.placed = 0, b.placed
             placed |= r.placed
-            moved = moved or r.placed != 0
             continue
         r.placed = 0 if r.mass == 0.0 or norm(sub(x, load(r.left.position))) <= rows.EXACT * norm(x) else 1
-        if r.mass == 0.0 or r.placed != 0:
-            placed |= r.placed
-            b.pressed, moved = 0, True
+        placed |= r.placed
+        b.pressed = 0 if r.mass == 0.0 or r.placed != 0 else b.pressed
         rows.set_body(r, b, head.dt)
-    if moved:  # sleeping bodies must check again whether what holds them is still there
-        w.stale = 1
-        for i in range(1, w.body_count):
-            b = body_at(w.bodies, i)
-            if b.asleep != 0:
-                b.held[0] = nan
     return rows.PLACED if placed != 0 else 0
 
 

@@ -211,3 +211,16 @@ def test_what_sleeps_elsewhere_goes_on_sleeping_where_a_contact_is_removed(clien
     step(callback, 2)
     assert velocities(client, bodies[0])[0][2] == 0.0
     assert velocities(client, bodies[2])[0][2] == pytest.approx(-1.5 * G / 240, rel=0.1)
+
+
+def test_a_fixed_body_with_a_velocity_keeps_nothing_awake_that_it_does_not_touch(client: int) -> None:
+    """A belt far from a ball at rest: the ball was woken in each step, and fell asleep again."""
+    floor, belt, body = plane(client), slab(client), ball(client, [0, 0, RADIUS])
+    contact, _ = in_contact(client, [body], [floor, belt], pair_of(restitution=0.5), dt=1 / 240, gravity=G)
+    for count in range(300):
+        p.resetBasePositionAndOrientation(belt, [5 + 0.1 * count / 240, 0, -0.1], [0, 0, 0, 1], client)
+        p.resetBaseVelocity(belt, [0.1, 0, 0], physicsClientId=client)
+        step(contact)
+        if count == 250:
+            before = contact._scene.bodies.arrays.world[["kicks", "implicit"]].copy()
+    assert contact._scene.bodies.arrays.world[["kicks", "implicit"]] == before
