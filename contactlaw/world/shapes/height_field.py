@@ -38,7 +38,7 @@ WITHIN = 1.5  # of a ball's radius, or the least distance found so far, up to wh
 WIDE = 0.2  # [rad] by which the normal of a followed contact may turn at once
 CUTS = 20  # halvings of a step of `touching_ball`, at most
 DIFFERENCE = 1e-7  # step of its finite differences, over the shape's size
-UNSEEN = 0.001  # of the radius, by which bodies may move before they are searched anew for a place that there was not
+UNSEEN = 0.01  # of the radius, by which bodies may move before they are searched anew for a place that there was not
 
 
 def offset(x, y, c, pair):
@@ -59,15 +59,36 @@ def offset(x, y, c, pair):
     return (p[0] - x + d * slopes[0], p[1] - y + d * slopes[1]), way, radius, p
 
 
+def deepest_start(c, pair, length):
+    """Return x, y where the shape is about nearest to the field, of its deepest points over planes at a net of places.
+
+    length: of the shape from its centre c [m].
+    """
+    _, _, sb, _ = pair
+    field, best, x, y = field_at(sb.points, 0), NEVER, 0.0, 0.0
+    first_x, dx, columns = net(c[0], length, sb.half[0], field.columns)
+    first_y, dy, rows = net(c[1], length, sb.half[1], field.rows)
+    for k in range(columns * rows):
+        u, v = first_x + dx * (k % columns), first_y + dy * (k // columns)
+        _, _, radius, p = offset(clip(u, sb.half[0]), clip(v, sb.half[1]), c, pair)
+        u, v = clip(p[0], sb.half[0]), clip(p[1], sb.half[1])
+        h, slopes, _ = surface(sb, u, v)
+        far = (p[2] - h) * normal(slopes)[2] - radius
+        if far < best:
+            best, x, y = far, u, v
+    return x, y
+
+
 def touching_ball(c, pair):
     """Return the ball by which a rim or an ellipsoid touches the field, as `offset` does.
 
-    Newton's method on the offset, from the point nearest to the shape's centre c, with finite differences: the
-    derivative of a rim's deepest point is discontinuous.
+    Newton's method on the offset, from the point nearest to the shape's centre c, or in narrow valleys to its deepest
+    points. With finite differences: the derivative of a rim's deepest point is discontinuous.
     """
     sa, _, sb, _ = pair
-    x, y = descend(sb, c, start(sb, c))
     length = bounding_radius(sa)
+    valleys = field_at(sb.points, 0).valley * length > 1.0  # narrower than the shape, in which it has several places
+    x, y = deepest_start(c, pair, length) if valleys else descend(sb, c, start(sb, c))
     off, way, radius, p = offset(x, y, c, pair)
     for _ in range(NEWTON):
         square = off[0] * off[0] + off[1] * off[1]
