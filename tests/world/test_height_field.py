@@ -266,6 +266,34 @@ def test_elastic_bodies_keep_their_energy_in_valleys_and_on_ridges(heights, shap
     assert closed >= most and world.arrays.world["late"][0] == 0
 
 
+@pytest.mark.parametrize(
+    ("shape", "modulus", "seed"),
+    [("egg", 1e9, 16), ("can", 1e9, 0), ("capsule", 4e6, 6), ("ball", 4e6, 0), ("box", 4e6, 20)],
+)
+def test_places_that_appear_within_what_is_pressed_give_no_energy(shape, modulus, seed) -> None:
+    """Elastic throws on steep hills: the overlap that a place had when it was found gave 0.2 to 60 times the energy."""
+    rng = np.random.default_rng(seed)
+    x, world = np.linspace(-0.5, 0.5, 25), World(timestep=1e-3)
+    hills = 1.5 * (x[None] ** 2 + x[:, None] ** 2) + 0.015 * rng.standard_normal((25, 25))
+    ground = world.add_height_field(None, hills, (0.5, 0.5))
+    velocity, spin = rng.uniform(-1.5, 1.5, 3), rng.uniform(-10, 10, 3)
+    body = world.add_body(0.2, (4e-5, 5e-5, 6e-5), (0.0, 0.0, 0.15), velocity, spin=spin)
+    add = {
+        "ball": lambda: world.add_sphere(body, 0.03),
+        "egg": lambda: world.add_ellipsoid(body, (0.02, 0.04, 0.03)),
+        "can": lambda: world.add_cylinder(body, 0.03, 0.02),
+        "capsule": lambda: world.add_capsule(body, 0.02, 0.03),
+        "box": lambda: world.add_box(body, (0.03, 0.02, 0.02)),
+    }
+    soft = Material(modulus, 0.45)
+    world.add_contact(add[shape](), ground, ContactPair(soft, soft, friction=0.0))
+    before = world.energy.total
+    while world.time < 0.3 and np.abs(world.position[body, :2]).max() < 0.4:
+        world.step(1)
+        assert world.energy.total < 1.002 * before
+    assert world.arrays.world["kicks"][0] > 100
+
+
 def test_an_edge_that_rolls_over_a_hill_meets_the_next_one_in_time() -> None:
     """While it presses in one place, another one on it comes near; found too deep it doubled the energy."""
     waves = [

@@ -17,12 +17,21 @@ from contactlaw.world.contacts.springs import SHARE, closing_by_others, damper_w
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, pair_at, shape_at
 from contactlaw.world.data.call import address, call_roll, ready
 from contactlaw.world.data.demand import ROLL
+from contactlaw.world.data.kinds import HEIGHT_FIELD
 from contactlaw.world.data.materials import friction_of, law_of, memory_of, speed_numbers
 from contactlaw.world.data.quaternion import rotate
 from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED, RESIZED
 from contactlaw.world.data.saved import CONTACT_NUMBERS, LEDGER_NUMBER, contact_fields
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub, tangent
-from contactlaw.world.shapes.geometry import BACK, is_ignored, lies_over_face, meet, meet_near, set_initial_overlap
+from contactlaw.world.shapes.geometry import (
+    BACK,
+    is_ignored,
+    lies_over_face,
+    meet,
+    meet_near,
+    meet_place,
+    set_initial_overlap,
+)
 from contactlaw.world.trees.mobility import clear
 
 # [rad] up to which the tangent turns by the first term of the series x, and is normalised by that of a root: its square
@@ -34,6 +43,7 @@ SUDDEN = 0.02
 # share of a substep for which an impact may have been under way and yet begins at its end: what `ends` adds for a
 # damper grows out of a force that is nearly zero there, and is lost if the step ends with this substep
 BARELY = 1e-3
+JUMP_SHARE = 0.1  # of a way, by which an overlap may grow more than by the motion along the normal; see `jump_of`
 TOUCHING = 1e-10  # overlap or gap that counts as zero, over the effective radius
 
 
@@ -43,7 +53,8 @@ def begin_contact(w, k, overlap):
     The overlap is positive if the pair overlaps already when it is first looked at. If it exceeds
     `initial_overlap_limit`, the user has built or moved the shapes into each other: if the pair is relaxed, this
     initial overlap counts as none from then on. It shrinks with the overlap while the contact is open and never grows,
-    so that it gives no energy. The same holds for an edge over a face, listed as it comes to the face's border.
+    so that it gives no energy. The same holds for an edge over a face, listed as it comes to the face's border, and for
+    all overlaps with height fields: most are those of places that were not there before, or were found late.
     """
     q = near_at(w.near, k)
     sa, sb = shape_at(w.shapes, q.a), shape_at(w.shapes, q.b)
@@ -85,6 +96,7 @@ def begin_contact(w, k, overlap):
         set_ellipse(c, along, norm(along))
     update_masses(c, a, b)
     deep = pair_at(w.pairs, q.pair).relaxed != 0 and overlap > initial_overlap_limit(w, c)
+    deep = deep or (sb.kind == HEIGHT_FIELD and overlap > TOUCHING * radius)
     if deep or (overlap > 0.0 and lies_over_face(sa, a, sb, b, 0.0)):
         c.initial_overlap, overlap = set_initial_overlap(w, q, c.initial_overlap + overlap), 0.0
     t.overlap, t.before = overlap, overlap
@@ -160,7 +172,7 @@ def update_geometry(w, c):
 
 def end_contact(q, c):
     """Open a contact. Its slot is kept until the next step, or as long as it has an initial overlap."""
-    q.closed = 0
+    q.closed, q.initial_overlap = 0, c.initial_overlap
     q.gap = max(-c.touch.overlap, 0.0)
     c.phase = PARTED
     store(c.force, (0.0, 0.0, 0.0))
@@ -176,7 +188,8 @@ def update_initial_overlap(w, p):
     c = contact_at(w.contacts, p.slot)
     if c.initial_overlap > 0.0:
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-        overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+        sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
+        overlap, _, _, _ = meet_place(w, p, a, b) if p.places > 1 else meet(sa, a, sb, b)
         before = c.initial_overlap
         if is_ignored(p) and p.guard >= 0 and guard_at(w.guards, p.guard).unlisted != 0:  # its parts are not listed
             if overlap > -BACK * (shape_at(w.shapes, p.a).radius + shape_at(w.shapes, p.b).radius):
@@ -230,6 +243,18 @@ def turn_frame(c, n, twist):
 
 
 @jit_inline
+def jump_of(c, overlap, normals, moved, way):
+    """Return by how much [m] the overlap with a height field has grown without motion: its place has just appeared.
+
+    That counts as initial overlap: the elastic energy, which depends on the rest alone, grows by no more than the work
+    of the motion. The overlap of a place that lasts grows by the motion along a normal between its last and its new
+    one, up to errors of third order in the way [m].
+    """
+    jump = overlap - c.initial_overlap - max(c.touch.overlap, 0.0) + min(dot(moved, normals[0]), dot(moved, normals[1]))
+    return jump if jump > JUMP_SHARE * way + TOUCHING * c.touch.radius else 0.0
+
+
+@jit_inline
 def measure(w, c, a, b):
     """Update overlap, frame, arms and displacement of a contact after its bodies have moved.
 
@@ -254,6 +279,9 @@ def measure(w, c, a, b):
     e = load(c.tangent)
     f = cross(n, e)
     store(c.moved, (dot(moved, e), dot(moved, f), force.twist_of(c, a, b)))
+    if shape_at(w.shapes, c.shape_b).kind == HEIGHT_FIELD:
+        c.initial_overlap += jump_of(c, overlap, (old, n), moved, norm(moved) + norm(sub(load(a.shift), load(b.shift))))
+        p.initial_overlap = c.initial_overlap
     law = law_of(w, pair_at(w.pairs, c.pair))
     if law.rolling != 0.0:
         rolled = sub(load(a.twist), load(b.twist))

@@ -79,10 +79,17 @@ def note(last, place, count, on_b):
 
 
 def meet_near(w, p, a, b):
-    """Return `meet` of a near pair whose bodies are given, less the overlap that counts as none."""
+    """Return `meet` of a near pair whose bodies are given, less the overlap that counts as none.
+
+    Open pairs of a shape and a field seek the same place: what counts as none for one of them does so for all.
+    """
     sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
     overlap, n, arm_a, arm_b = meet_place(w, p, a, b) if p.places > 1 else meet(sa, a, sb, b, near_address(p))
-    return overlap - p.initial_overlap, n, arm_a, arm_b
+    initial = p.initial_overlap
+    for i in range(p.first, p.first + p.places if p.closed == 0 and p.places > 1 else p.first):
+        q = near_at(w.near, i)
+        initial = max(initial, q.initial_overlap if q.closed == 0 else 0.0)
+    return overlap - initial, n, arm_a, arm_b
 
 
 def places_of(sa, sb):
