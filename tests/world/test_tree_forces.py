@@ -296,3 +296,23 @@ def test_what_swings_on_a_sled_that_slides_keeps_its_amplitude(timestep: float) 
         angles.append(world.tree(0)[0][2])
     last = angles[-round(0.2 / timestep) :]
     assert 0.5 * np.ptp(last) == pytest.approx(angle + np.arctan(mu), rel=3e-3)
+
+
+@pytest.mark.heavy
+def test_a_tree_that_swings_on_a_sled_converges_by_the_second_order_of_the_step() -> None:
+    """A double pendulum, 0.8 and 0.3 rad from the vertical; masses and centripetal terms change within the steps."""
+
+    def end(timestep: float) -> np.ndarray:
+        world = World(timestep=timestep)
+        sled = Part(1.0, 1.0, [Joint("slide", axis=(1.0, 0.0, 0.0)), Joint("slide", axis=(0.0, 0.0, 1.0))])
+        upper = Part(0.5, 1e-3, [Joint("hinge", (0.0, 0.0, 0.1))], 0, (0.0, 0.0, -0.1))
+        lower = Part(0.3, 5e-4, [Joint("hinge", (0.0, 0.0, 0.1))], 1, (0.0, 0.0, -0.2))
+        _, bodies = world.add_tree(Tree([sled, upper, lower]), [0.0, 0.05 - 3e-6, 0.8, -0.5], [3.0, 0.0, 0.0, 0.0])
+        world.add_contact(world.add_sphere(bodies[0], 0.05), world.add_plane(None, *FLOOR), steel_pair(0.2, 0.5))
+        world.step(round(0.24 / timestep))
+        return world.tree(0)[0]
+
+    exact = end(1e-4)
+    errors = [float(np.abs(end(timestep) - exact).max()) for timestep in (2e-3, 4e-3, 8e-3)]
+    assert errors[0] < 4e-4  # [rad]
+    assert errors[1] / errors[0] == pytest.approx(4.0, rel=0.15) == errors[2] / errors[1]
