@@ -104,11 +104,11 @@ def read_free(head, f):
     if same and b.asleep != 0 and b.touched == 0:
         return
     placed = not (head.known != 0 or same)
+    b.placed = 1 if placed else 0
     if b.oriented != 0:  # the rounding of its flight depends on when its near pairs are predicted
         w.age, w.stale = AGED, max(w.stale, f.unguarded)
     if placed:
         w.stale = 1
-        b.placed = 1
         b.held[0] = np.nan  # it wakes
     store(b.position, add(load(q), arm))
     store4(b.quaternion, product(own, f.frame))

@@ -119,6 +119,7 @@ class Building(Shapes):
             "quaternion": own, "axes": matrix_of(own).ravel(),
             "inverse_mass": 0.0 if heavy else 1.0 / checks.positive("mass", mass), "inverse_inertia": 1.0 / moments,
             "isotropic": isotropic, "oriented": not isotropic, "acceleration": ORIGIN if heavy else self._gravity,
+            "placed": 1,
         })  # fmt: skip
         self._frames.append(frame)
         return len(self._frames) - 1
@@ -170,6 +171,7 @@ class Building(Shapes):
             b["axes"] = matrix_of(b["quaternion"]).ravel()
         if spin is not None:
             b["spin"] = checks.vector("spin", spin)
+        b["placed"] = 1
         rows = self.arrays.contacts[self.arrays.contacts["phase"] == CLOSED]
         rows = rows[(rows["body_a"] == body + 1) | (rows["body_b"] == body + 1)]
         touched = np.concatenate([rows["body_a"], rows["body_b"], [body + 1]])

@@ -144,7 +144,9 @@ def finish(w, dt):
         now = until
         check_margins(w, dt - now)
     for k in range(w.body_count):
-        fly(body_at(w.bodies, k), dt)
+        b = body_at(w.bodies, k)
+        fly(b, dt)
+        b.placed = 0
     w.edited = 0
 
 
@@ -208,7 +210,6 @@ def begin_body(w, b, dt):
     b.changed = 1
     b.touched = 0
     b.done = 1 if passes else 0
-    b.placed = 0
     store(b.shift, (0.0, 0.0, 0.0))
     store(b.twist, (0.0, 0.0, 0.0))
     if b.tree != 0 and b.member == 0 and not passes:

@@ -330,6 +330,7 @@ def move_kinematic(w, b, place, turn, h):
     twist = rotation_vector(product(turn, conjugate(load4(b.quaternion))))
     velocity, spin = scale(1.0 / h, sub(place, load(b.position))), scale(1.0 / h, twist)
     change = norm(sub(velocity, load(b.velocity))) + b.reach * norm(sub(spin, load(b.spin)))
+    b.placed = 0
     if not change <= max(norm(load(b.velocity)) + b.reach * norm(load(b.spin)), JUMP):
         store(b.position, place)
         store4(b.quaternion, turn)

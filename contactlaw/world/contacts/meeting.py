@@ -13,8 +13,11 @@ SAME = 1e-3  # of the radius of shape A, up to which two places on a height fiel
 
 
 @jit_inline
-def meet_contact(p, c, sa, a, sb, b):
-    """Return `geometry.meet` for a closed contact of pair p, whose last overlap and normal are known."""
+def meet_closed(w, c, a, b):
+    """Return `geometry.meet` for a closed contact, whose last place, overlap and normal are known."""
+    p, sa, sb = near_at(w.near, c.near), shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
+    if p.places > 1:
+        return meet_apart(w, p, a, b)
     found = geometry.meet(sa, a, sb, b, near_address(p))
     if sb.separation == 0 or sb.kind == ELLIPSOID or not found[0] > 0.5 * geometry.overlap_of_cores(sa, sb):
         return found

@@ -11,16 +11,15 @@ from contactlaw.pair import DEEPEST
 from contactlaw.world.bodies.motion import JUMP, kick, moved_at, velocity_at
 from contactlaw.world.contacts import force
 from contactlaw.world.contacts.ends import damped_end, elastic_end, single_end
-from contactlaw.world.contacts.meeting import meet_apart, meet_contact
+from contactlaw.world.contacts.meeting import meet_closed
 from contactlaw.world.contacts.pace import MASS_TURN, radius_where, share_of, update_masses
 from contactlaw.world.contacts.springs import SHARE, closing_by_others, damper_weight, press_spring
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, pair_at, shape_at
 from contactlaw.world.data.call import address, call_roll, ready
 from contactlaw.world.data.demand import ROLL
-from contactlaw.world.data.kinds import HEIGHT_FIELD
 from contactlaw.world.data.materials import friction_of, law_of, memory_of, speed_numbers
 from contactlaw.world.data.quaternion import rotate
-from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED, RESIZED
+from contactlaw.world.data.records import APPEARED, CLOSED, FREE, NEVER, PARTED, RESIZED
 from contactlaw.world.data.saved import CONTACT_NUMBERS, LEDGER_NUMBER, contact_fields
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub, tangent
 from contactlaw.world.shapes.geometry import (
@@ -53,8 +52,7 @@ def begin_contact(w, k, overlap):
     The overlap is positive if the pair overlaps already when it is first looked at. If it exceeds
     `initial_overlap_limit`, the user has built or moved the shapes into each other: if the pair is relaxed, this
     initial overlap counts as none from then on. It shrinks with the overlap while the contact is open and never grows,
-    so that it gives no energy. The same holds for an edge over a face, listed as it comes to the face's border, and for
-    all overlaps with height fields: most are those of places that were not there before, or were found late.
+    so that it gives no energy. So do an edge over a face, listed as it comes to the face's border, and what is found late.
     """
     q = near_at(w.near, k)
     sa, sb = shape_at(w.shapes, q.a), shape_at(w.shapes, q.b)
@@ -96,7 +94,8 @@ def begin_contact(w, k, overlap):
         set_ellipse(c, along, norm(along))
     update_masses(c, a, b)
     deep = pair_at(w.pairs, q.pair).relaxed != 0 and overlap > initial_overlap_limit(w, c)
-    deep = deep or (sb.kind == HEIGHT_FIELD and overlap > TOUCHING * radius)
+    if overlap > TOUCHING * radius and not is_placed(w, a, b):
+        w.late, w.latest, c.noted, deep = w.late + 1, max(w.latest, overlap), c.noted | APPEARED, True
     if deep or (overlap > 0.0 and lies_over_face(sa, a, sb, b, 0.0)):
         c.initial_overlap, overlap = set_initial_overlap(w, q, c.initial_overlap + overlap), 0.0
     t.overlap, t.before = overlap, overlap
@@ -106,8 +105,6 @@ def begin_contact(w, k, overlap):
         push = -dot(sub(load(a.acceleration), load(b.acceleration)), n)
         speeds.read(t, speed_numbers(w, pair_at(w.pairs, q.pair)), push, norm(axpy(t.closing, n, slide)))
     if overlap > TOUCHING * t.radius:
-        w.late += 1
-        w.latest = max(w.latest, overlap)
         force.advance_contact(w, c, q.slot, ZERO, ZERO, 0.0, BY_ITSELF)
         store(c.force, scale(t.force, n))
         c.closing_acceleration = -t.force / t.mass
@@ -243,15 +240,23 @@ def turn_frame(c, n, twist):
 
 
 @jit_inline
+def is_placed(w, a, b):
+    """Return whether the overlap of two bodies may be as the user has made it since the last step."""
+    return a.placed + b.placed != 0 or w.edited != 0
+
+
+@jit_inline
 def jump_of(c, overlap, normals, moved, way):
-    """Return by how much [m] the overlap with a height field has grown without motion: its place has just appeared.
+    """Return by how much [m] the overlap has grown without motion, where a contact jumps to another place.
 
     That counts as initial overlap: the elastic energy, which depends on the rest alone, grows by no more than the work
     of the motion. The overlap of a place that lasts grows by the motion along a normal between its last and its new
     one, up to errors of third order in the way [m].
     """
     jump = overlap - c.initial_overlap - max(c.touch.overlap, 0.0) + min(dot(moved, normals[0]), dot(moved, normals[1]))
-    return jump if jump > JUMP_SHARE * way + TOUCHING * c.touch.radius else 0.0
+    if jump <= TOUCHING * c.touch.radius:
+        return 0.0
+    return jump if jump > JUMP_SHARE * (norm(moved) + norm(way)) else 0.0
 
 
 @jit_inline
@@ -261,13 +266,7 @@ def measure(w, c, a, b):
     Callers loop over all contacts before they call `advance`: in one loop, contacts would wait for the square roots and
     divisions of the law of the contact before.
     """
-    p = near_at(w.near, c.near)
-    if p.places > 1:
-        overlap, n, arm_a, arm_b = meet_apart(w, p, a, b)
-    else:
-        overlap, n, arm_a, arm_b = meet_contact(
-            p, c, shape_at(w.shapes, c.shape_a), a, shape_at(w.shapes, c.shape_b), b
-        )
+    overlap, n, arm_a, arm_b = meet_closed(w, c, a, b)
     t, old = c.touch, load(c.normal)
     mean_a, mean_b = scale(0.5, add(arm_a, load(c.arm_a))), scale(0.5, add(arm_b, load(c.arm_b)))
     moved = sub(moved_at(a, mean_a), moved_at(b, mean_b))
@@ -279,9 +278,10 @@ def measure(w, c, a, b):
     e = load(c.tangent)
     f = cross(n, e)
     store(c.moved, (dot(moved, e), dot(moved, f), force.twist_of(c, a, b)))
-    if shape_at(w.shapes, c.shape_b).kind == HEIGHT_FIELD:
-        c.initial_overlap += jump_of(c, overlap, (old, n), moved, norm(moved) + norm(sub(load(a.shift), load(b.shift))))
-        p.initial_overlap = c.initial_overlap
+    jump = jump_of(c, overlap, (old, n), moved, sub(load(a.shift), load(b.shift)))
+    if jump > 0.0 and not is_placed(w, a, b):
+        c.initial_overlap, c.noted = c.initial_overlap + jump, c.noted | APPEARED
+    near_at(w.near, c.near).initial_overlap = c.initial_overlap
     law = law_of(w, pair_at(w.pairs, c.pair))
     if law.rolling != 0.0:
         rolled = sub(load(a.twist), load(b.twist))

@@ -28,7 +28,7 @@ FEATURES = 400  # features that are tried at most, mostly one or two; beside an 
 WIDEST = 0.5  # [rad] longest step of Newton's method
 NARROW = 1e-6  # [rad] step below which rounding hides whether the gap grows
 CONVERGED = 1e-9  # [rad] difference of normals that count as equal
-INSIDE = SUNK  # radius of the inscribed ball, of the least radius; deeper, `meeting.meet_contact` holds the normal
+INSIDE = SUNK  # radius of the inscribed ball, of the least radius; deeper, `meeting.meet_closed` holds the normal
 
 
 def swell(s, b, n):
