@@ -104,3 +104,16 @@ def test_a_rotor_that_rubs_lists_near_pairs_no_more_often_than_its_margins_ask()
     mujoco.mj_step(model, data, 50)
     assert data.qvel[1] > 20.0 and world["kicks"] > 100
     assert int(world["lists"]) - before < 8  # one in most steps, before
+
+
+def test_parts_that_lie_flush_and_do_not_move_are_listed_once():
+    model = load_model(
+        """<mujoco><option timestep="2e-3"/><worldbody><geom type="box" size="1 1 .1" pos="0 0 .75"/>
+        <body pos="0 0 .9"><joint type="slide" axis="1 0 0"/><geom type="box" size=".05 .05 .05"/></body>
+        </worldbody></mujoco>""",
+        [("*", "*", STEEL)],
+    )
+    data = mujoco.MjData(model)
+    _, world = head_of(data)
+    mujoco.mj_step(model, data, 100)
+    assert int(world["lists"]) < 5 and data.qpos[0] == 0.0  # one in each step before, as by rounding they overlap

@@ -206,7 +206,7 @@ def may_have_touched(w, p, a, b):
     if p.guard >= 0 and guard_at(w.guards, p.guard).separated != 0:
         return False
     known = max(guards.known_gap(w, p, 0.0), p.gap - w.step * speed)
-    if known > w.step * speed:
+    if speed == 0.0 or known > w.step * speed:  # shapes that lie flush on each other stay so while nothing moves
         p.gap, p.checked = known, BOUNDED
         return False
     if w.step * norm(sub(load(a.spin), load(b.spin))) > MAX_PASSING_TURN:
