@@ -1,7 +1,7 @@
 """Forces on the joints of a tree that follow the motion within a step: springs, servos, limits, equality constraints.
 
-A spring of stiffness k along a row J adds h/2 J^T k J to the damping, as its mean force in a step of h [s] is that at
-the mean of both ends: the force of the start, held, would give (k/m) h^2/2 of the energy in each step of a contact that
+A spring of stiffness k along a row J adds J^T k J to the stiffness K, by which forces fall with the displacement since
+the start of a step: held from there, they would give (k/m) h^2/2 of the energy in each step of h [s] of a contact that
 lasts. So do springs of joints, and servos, actuators whose force falls with the length of what they move; springs of
 tendons only under Runge-Kutta. As a tendon turns, its force changes in ways that J does not tell, so that otherwise
 `follow_tendons` lets velocities follow it.
@@ -33,10 +33,10 @@ from contactlaw.memory import doubles_at, whole_at
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import entries, entry, floats, gather, last_state, places_in, spring_at
 from contactlaw.mujoco_plugin.layout import data_at, model_at
-from contactlaw.world.data.access import axis_at, joint_at
+from contactlaw.world.data.access import axis_at
 from contactlaw.world.data.quaternion import conjugate, load4, product, rotation_vector
 from contactlaw.world.data.records import FREE_JOINT, SLIDE
-from contactlaw.world.trees.dynamics import add_square, mobility_along, solve
+from contactlaw.world.trees.dynamics import add_square, mobility_along, pull, solve
 from contactlaw.world.trees.kinematics import vector
 from contactlaw.world.trees.mobility import clear
 
@@ -79,7 +79,7 @@ def steps_ahead(head):
 
 
 def read_springs(head, j, t):
-    """Add springs and servos to f, D and the part of D that is theirs; v: velocities at the start of the step.
+    """Read springs and servos, and set f to the force at the start of the step: Runge-Kutta leaves that of its end.
 
     A servo whose force, or that on its joint, is at its limit or zero is none: no position moves it, or it is disabled.
     Nor is one whose joints have a damping of h/2 k: it takes what the force, held, would give.
@@ -89,10 +89,7 @@ def read_springs(head, j, t):
     if m.opt.disableflags & layout.NO_SPRING == 0:
         for k in range(t.v_size):
             joint = entry(m.dof_jntid, whole_at(head.places, j.v + k))
-            share = 0.5 * head.step_size * doubles_at(m.jnt_stiffness)[joint]
-            vector(t.f, t.v_size)[k] -= forward(head) * share * vector(t.v, t.v_size)[k]
-            damping[k, k] += share
-            springs[k, k] += share
+            springs[k, k] += doubles_at(m.jnt_stiffness)[joint]
     for i in range(j.first_spring, j.first_spring + j.spring_count):
         s = spring_at(head.springs, i)
         if s.tendon != 0 and head.lag == 0.0:
@@ -113,27 +110,18 @@ def read_springs(head, j, t):
                     x[k] = 0.0
                 gains = gains or 0.5 * head.step_size * stiffness * x[k] * x[k] > damping[k, k]
         if gains:
-            add_spring(head, t, stiffness)
+            add_square(t, t.springs, stiffness)
+    for k in range(t.v_size):
+        t.sprung = 1 if springs[k, k] != 0.0 else t.sprung
+    if head.start != last_state(head):
+        gather(head, places_in(head, last_state(head))[0], j.q, vector(t.q, t.q_size))
+        pull(t, -1.0, vector(t.f, t.v_size), x)
+        gather(head, places_in(head, head.start)[0], j.q, vector(t.q, t.q_size))
 
 
 def at_limit(force, ends):
     """Return whether a force is at an end of its range; a range without width is none."""
     return ends[0] < ends[1] and not ends[0] < force < ends[1]
-
-
-def add_spring(head, t, stiffness):
-    """Add a spring along the row x to f, D and `springs`."""
-    n, share = t.v_size, 0.5 * head.step_size * stiffness
-    f, x, pull = vector(t.f, n), vector(t.x, n), forward(head) * share * along_row(t, t.v)
-    for k in range(n):
-        f[k] -= pull * x[k]
-    add_square(t, t.springs, share)
-    add_square(t, t.d, share)
-
-
-def forward(head):
-    """Return the sign of the time from where the engine's last forces were evaluated to the middle of the step."""
-    return 1.0 if head.start == last_state(head) else -1.0
 
 
 def along_row(t, address):
@@ -151,7 +139,7 @@ def read_tendon_spring(head, j, t, tendon):
     stiffness = doubles_at(m.tendon_stiffness)[tendon]
     if m.opt.disableflags & layout.NO_SPRING == 0 and stiffness > 0.0 and not slack[0] <= length <= slack[1]:
         read_tendon(head, j, t, tendon)
-        add_spring(head, t, stiffness)
+        add_square(t, t.springs, stiffness)
 
 
 def read_arms(head, j, t, s):
@@ -273,29 +261,6 @@ def read_row(head, j, t, values, columns):
         k = axis_at(t.axes, k).parent
     if left != 0:
         clear(x)
-
-
-def move_springs(head, j, t):
-    """Set the forces of springs and servos to those at the end of the step, and leave them out of D.
-
-    So the engine evaluates them; what turns by a quaternion counts as turned by its velocity.
-    """
-    n, q, x = t.v_size, vector(t.q, t.q_size), vector(t.x, t.v_size)
-    f, v, v_f = vector(t.f, n), vector(t.v, n), vector(t.v_f, n)
-    damping, springs = vector(t.d, (n, n)), vector(t.springs, (n, n))
-    before, start = vector(t.room, t.q_size), places_in(head, head.start)
-    gather(head, start[0], j.q, before)
-    for k in range(n):
-        x[k] = v_f[k] - 2.0 * v[k]
-    for i in range(t.joint_count):
-        joint = joint_at(t.joints, i)
-        if joint.kind >= SLIDE:
-            k = joint.first_q
-            x[joint.first_axis] = v_f[joint.first_axis] - 2.0 / head.step_size * (q[k] - before[k])
-    for k in range(n):
-        for i in range(n):
-            f[k] += springs[k, i] * x[i]
-            damping[k, i] -= springs[k, i]
 
 
 jit_module(__name__)

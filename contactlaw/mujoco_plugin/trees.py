@@ -156,8 +156,9 @@ def read_tree(head, j, t):
     f, v, damping, springs = vector(t.f, n), vector(t.v, n), vector(t.d, (n, n)), vector(t.springs, (n, n))
     coordinates, velocities = places_in(head, head.start)
     store(t.gravity, load(head.gravity))
-    t.coupled, t.followed = 0, 0
+    t.coupled, t.followed, t.sprung = 0, 0, 0
     gather(head, coordinates, j.q, vector(t.q, t.q_size))
+    copy(vector(t.q, t.q_size), vector(t.start, t.q_size))
     gather(head, places_in(head, last_state(head))[1], j.v, vector(t.v_f, n))
     for i in range(n):
         k, axis = whole_at(head.places, j.v + i), axis_at(t.axes, i)
@@ -175,6 +176,7 @@ def read_tree(head, j, t):
     clear(v)
     joint_forces.read_equalities(head, j, t)
     joint_forces.read_armatures(head, j, t)
+    joint_forces.read_springs(head, j, t)
     t.stale, t.span = 1, head.step_size
     asleep = body_at(t.bodies, 0).asleep != 0
     pressed, lags, tendons = is_pressed(t), head.lag > 0.0 and not asleep, m.ntendon != 0
@@ -193,7 +195,6 @@ def read_tree(head, j, t):
         change = joint_forces.change_of_tendons(head, j, t)
         if follows:
             joint_forces.follow_tendons(head, t, change)
-    joint_forces.read_springs(head, j, t)
     for i in range(n if leads else 0):
         v[i] += head.lag * a[i]  # the velocities at the time of the coordinates
     leave_placed(t)
@@ -203,15 +204,15 @@ def accelerations(head, j, t, velocities, lag):
     """Return the accelerations of a tree at velocities, at an address, but without centripetal terms.
 
     lag: [s], of M + lag D. With the engine's step h this is what its step uses; v then leads by h/2 a. From velocities
-    that lead by as much already, the same accelerations follow with h/2.
+    that lead by as much already, the same accelerations follow with h/2. Of springs `discrete` has h^2 K beside M.
     """
     v = vector(t.v, t.v_size)
     clear(v)
     spread_velocity(t)
     gather(head, velocities, j.v, v)
-    t.lag, t.unmoved = lag, 1
+    t.lag, t.ease, t.unmoved = lag, joint_forces.steps_ahead(head) if lag > 0.0 else 0.0, 1
     call_on_tree(t.accelerate, t)
-    t.lag, t.unmoved = 0.0, 0
+    t.lag, t.ease, t.unmoved = 0.0, 0.0, 0
     leave_placed(t)
     return vector(t.a, t.v_size)
 
@@ -231,7 +232,6 @@ def write_tree(head, j, t):
         clear(v)
     scatter(head, v, j.v, d.qvel)
     if head.lag > 0.0 and not (asleep or is_pressed(t)):
-        joint_forces.move_springs(head, j, t)
         a = accelerations(head, j, t, d.qvel, head.lag)
         for i in range(n):
             doubles_at(d.qvel)[whole_at(head.places, j.v + i)] -= head.lag * a[i]

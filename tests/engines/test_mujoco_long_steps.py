@@ -4,7 +4,19 @@ from time import process_time
 
 import numpy as np
 import pytest
-from mujoco_scenes import DENSITY, GEOM, MASS, RADIUS, ball_on_floor, duration, free_ball, mujoco, steel_pair, with_data
+from mujoco_scenes import (
+    DENSITY,
+    DISCRETE,
+    GEOM,
+    MASS,
+    RADIUS,
+    ball_on_floor,
+    duration,
+    free_ball,
+    mujoco,
+    steel_pair,
+    with_data,
+)
 
 from contactlaw import ContactPair
 from contactlaw.mujoco_plugin import add_contact, contacts_of, load_model
@@ -230,24 +242,53 @@ def test_a_mocap_body_that_sets_out_fast_strikes_a_ball_on_a_rail(kinds, step, g
     assert not recwarn
 
 
-@pytest.mark.parametrize("integrator", ["Euler", "implicitfast"])
-@pytest.mark.parametrize("step", [2e-3, 4e-3])
-def test_what_a_spring_swings_on_a_sled_that_slides_keeps_its_amplitude(step, integrator):
-    """Its phase turns by 0.4 and 0.8 rad a step."""
+def swinging_on_a_sled(step, integrator, stiffness, offset=0.3, kind="hinge"):
+    """Coordinates of what a spring holds on a sled that slides, for 2 s or 1000 steps: a pendulum, or a mass across."""
     model = load_model(
         f"""<mujoco><option timestep="{step}" integrator="{integrator}"/><worldbody>
         <geom name="floor" type="plane" size="1 1 1"/>
         <body pos="0 0 .05"><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>
         <geom name="sled" type="box" size=".1 .1 .05" mass="50"/><body pos="0 .2 0">
-        <joint axis="0 1 0" stiffness=".3"/><geom pos="0 0 -.005" size=".002" mass=".3"/></body></body>
+        <joint type="{kind}" axis="0 1 0" stiffness="{stiffness}"/>
+        <geom pos="0 0 {-0.005 if kind == "hinge" else 0.0}" size=".002" mass=".3"/></body></body>
         </worldbody></mujoco>""",
         [("sled", "floor", steel_pair(friction=0.02, restitution=0.5))],
     )
     data = mujoco.MjData(model)
-    data.qvel[0], data.qpos[2] = 2.0, 0.3
-    angles = []
-    for _ in range(round(2.0 / step)):
+    data.qvel[0], data.qpos[2] = 2.0, offset
+    places = []
+    for _ in range(min(round(2.0 / step), 1000)):
         mujoco.mj_step(model, data)
-        angles.append(data.qpos[2])
-    part = len(angles) // 8
-    assert np.ptp(angles[-part:]) == pytest.approx(np.ptp(angles[:part]), rel=1e-2)
+        places.append(data.qpos[2])
+    return np.array(places)
+
+
+def last_amplitude(places):
+    """That of the last eighth over that of the first."""
+    part = len(places) // 8
+    return np.ptp(places[-part:]) / np.ptp(places[:part])
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "implicitfast"])
+@pytest.mark.parametrize("step", [2e-3, 4e-3])
+def test_what_a_spring_swings_on_a_sled_that_slides_keeps_its_amplitude(step, integrator):
+    """Its phase turns by 0.4 and 0.8 rad a step."""
+    assert last_amplitude(swinging_on_a_sled(step, integrator, 0.3)) == pytest.approx(1.0, abs=1e-2)
+
+
+@pytest.mark.parametrize(("step", "integrator"), [(1e-4, "Euler"), (1e-4, "RK4"), (2e-3, "RK4")])
+@pytest.mark.parametrize("phase", [0.4, 1.6])
+def test_a_spring_across_a_slide_keeps_its_energy_in_substeps_and_under_runge_kutta(step, integrator, phase):
+    """Steps of 0.1 ms are substeps of the contact, those of 2 ms implicit ones."""
+    places = swinging_on_a_sled(step, integrator, 0.3 * (phase / step) ** 2, 0.01, "slide")
+    assert last_amplitude(places) == pytest.approx(1.0, abs=2e-3)
+
+
+@pytest.mark.skipif(not DISCRETE, reason="from MuJoCo 3.13 on")
+@pytest.mark.parametrize("step", [1e-4, 2e-3])
+@pytest.mark.parametrize("phase", [2.5, 10.0, 100.0])
+def test_springs_far_too_stiff_for_the_step_lose_energy(step, phase):
+    """The engine's own integrator for such springs is stable with any; so is the world."""
+    places = swinging_on_a_sled(step, "discrete", 0.3 * (phase / step) ** 2, 0.01, "slide")
+    assert np.abs(places).max() < 0.015
+    assert np.abs(places[-100:]).max() < 1e-3

@@ -89,8 +89,8 @@ TREE = record(
     hangs_on="i8",  # number of that body
     gravity=VECTOR,  # [m/s^2]
     q="u8", v="u8", a="u8",  # addresses of its numbers: generalised coordinates, velocities, accelerations
-    f="u8", d="u8", v_f="u8",  # generalised force f - D (v - v_f), all constant over a step; D (v_size, v_size)
-    springs="u8",  # half a step times the stiffness of springs, a part of D: see `mujoco_plugin.joint_forces`
+    f="u8", d="u8", v_f="u8",  # generalised force f - D (v - v_f) - K u, all constant over a step; D (v_size, v_size)
+    springs="u8", sprung="i8",  # stiffness K of springs, as D; 1: there are some. u: displacement since `start`
     e="u8",  # inertia by which soft constraints resist acceleration, constant over a step; as D
     coupled="i8",  # 1: D or E has entries off the diagonal
     followed="i8",  # 1: velocities have followed a change of forces in this step, for two stages or substeps
@@ -99,7 +99,7 @@ TREE = record(
     kick_v="u8",  # (v_size,), change of v by impulses since its last drift
     factor="u8",  # (v_size, v_size), see `trees.dynamics`
     room="u8",  # q_size + 3 v_size, scratch
-    start="u8",  # q_size + v_size, coordinates and velocities at the start of an implicit step
+    start="u8",  # q_size + v_size, coordinates and velocities at the start of the step
     links="u8", joints="u8", axes="u8",  # records
     numbers="i8",  # where all these begin in `Arrays.joints`
     # in an implicit step: index of its first unknown; address and row length of a matrix; a stage [s]
@@ -113,7 +113,9 @@ TREE = record(
     change_rate="f8",  # [rad/s] at which its motion changes: the greatest `rate` plus spin relative to the parent
     max_acceleration="f8", effort="f8",  # [m/s^2] of its bodies, greatest; greatest ratio to the root of their mobility
     decay="f8", swing="f8",  # [1/s] at which damping may slow a velocity, at most; over the lag that groups may have
-    lag="f8", span="f8",  # [s] s of M + s D, by which damping is implicit, see `trees.motion`; length of the step
+    stiffness="f8",  # [1/s^2] of springs over masses, at most
+    lag="f8", ease="f8",  # s and e [s] of M + s D + e^2 K, see `trees.dynamics`
+    span="f8",  # [s] length of the step
     midway="i8",  # 1: damping acts on the velocities at the start of a group of substeps, which are in `room`
     unmoved="i8",  # 1: velocities of its bodies are set to zero, so that accelerations are without centripetal terms
     passes="i8",  # whether it may stay where the engine's step has put it, see `near.passing`: DENIED, ASKED, PASSES

@@ -1,11 +1,12 @@
 """Mass matrix and accelerations of a tree of bodies.
 
-    (M(q) + E + s D) a + c(q, v) = f - D (v - v_f)
+    (M(q) + E + s D + e^2 K) a + c(q, v) = f - D (v - v_f) - K (u + e v)
 
 M is found from composite rigid bodies, and c, gravity included, from the forces that all bodies need at a = 0
-(Featherstone 2008, chapters 5 and 6). The time s (`lag`) makes damping implicit; it is zero unless `trees.motion` sets
-it. In M = L^T D L, D here the pivots, L has entries only where one degree of freedom carries the other. So an impulse
-on a body needs a pass over the axes that carry it, and its response one pass over all others.
+(Featherstone 2008, chapters 5 and 6). Springs act by the displacement u since the start of the step. The time s (`lag`)
+makes damping implicit, e (`ease`) springs; they are zero unless `trees.motion` sets them. In M = L^T D L, D here the
+pivots, L has entries only where one degree of freedom carries the other. So an impulse on a body needs a pass over the
+axes that carry it, and its response one pass over all others.
 
 A soft constraint between two branches, or between two trees that it makes one system, couples axes of which none
 carries the other. Then the axes that a row has entries of are those above it in the elimination tree
@@ -22,7 +23,7 @@ from math import sqrt
 from contactlaw.jit import jit_module
 from contactlaw.world.data.access import axis_at, body_at, link_at
 from contactlaw.world.data.vec import ZERO, add, cross, dot, load, scale, store, sub, to_world
-from contactlaw.world.trees.kinematics import response_of, vector
+from contactlaw.world.trees.kinematics import displace, response_of, vector
 
 # Rate of damping times a group of substeps up to which velocities that the midpoint rule reverses, at the ratio
 # (1 - x/2)/(1 + x/2), are at most half as large. Limits resist explicitly, at the velocity u + T/2 a that the last a
@@ -35,7 +36,8 @@ def accelerate(t):
     for i in range(t.count):
         start_link(t, i)
     a, d, m = vector(t.a, t.v_size), vector(t.d, (t.v_size, t.v_size)), vector(t.factor, (t.v_size, t.v_size))
-    held = vector(t.e, (t.v_size, t.v_size))
+    held, springs = vector(t.e, (t.v_size, t.v_size)), vector(t.springs, (t.v_size, t.v_size))
+    square = t.ease * t.ease
     set_forces(t, d, a)
     for i in range(t.count - 1, -1, -1):
         link = link_at(t.links, i)
@@ -50,12 +52,12 @@ def accelerate(t):
             p = axis.depth
             resistance = d[k, k] + (axis.resistance if axis.side != 0.0 and t.midway == 0 else 0.0)
             axis.inertia = axis.armature + held[k, k] + dot(e, angular) + dot(s, linear) + t.lag * resistance
-            m[k, p] = axis.inertia
+            m[k, p] = axis.inertia = axis.inertia + square * springs[k, k]
             j, carrier = axis.parent, axis.carrier
             while j >= 0:
                 one = axis_at(t.axes, j)
                 p -= 1
-                m[k, p] = 0.0 if t.coupled == 0 else t.lag * d[k, j] + held[k, j]
+                m[k, p] = 0.0 if t.coupled == 0 else t.lag * d[k, j] + square * springs[k, j] + held[k, j]
                 if j == carrier:
                     m[k, p] = m[k, p] + dot(load(one.spin), angular) + dot(load(one.velocity), linear)
                     carrier = one.carrier
@@ -74,7 +76,7 @@ def accelerate(t):
 
 
 def set_forces(t, d, a):
-    """a <- f - D (v - v_f), and the forces of active limits."""
+    """a <- f - D (v - v_f) and the forces of active limits; of springs too, but for substeps, which kick by them."""
     f, now, v_f = vector(t.f, t.v_size), vector(t.v, t.v_size), vector(t.v_f, t.v_size)
     v = vector(t.room + 8 * (t.q_size + 2 * t.v_size), t.v_size) if t.midway != 0 else now
     for k in range(t.v_size):
@@ -87,6 +89,21 @@ def set_forces(t, d, a):
             a[k] -= d[k, j] * (v[j] - v_f[j])
             a[j] -= d[k, j] * own
             j = axis_at(t.axes, j).parent
+    if t.held == 0.0:
+        pull(t, 1.0, a, vector(t.x, t.v_size))
+
+
+def pull(t, time, out, u):
+    """Add the impulses -K (u + e v) of springs in a time [s] to `out`; u is overwritten."""
+    if t.sprung == 0:
+        return
+    springs, v = vector(t.springs, (t.v_size, t.v_size)), vector(t.v, t.v_size)
+    displace(t, u)
+    ahead = t.ease if t.unmoved == 0 else 0.0
+    for k in range(t.v_size):
+        first, end = (0, t.v_size) if t.coupled != 0 else (k, k + 1)
+        for i in range(first, end):
+            out[k] -= time * springs[k, i] * (u[i] + ahead * v[i])
 
 
 def limit_force(axis, q, v):
@@ -221,21 +238,22 @@ def bound_decay(t):
 
     With R^2 = diag D it is that of B^T B, B = R L^-1 P^-1/2, P the pivots, and at most the greatest sum of a row of
     |B|^T |B| (Perron and Frobenius). Damping of a sum over n velocities, b g g^T, is bounded by n diag(b g^2)
-    (Cauchy-Schwarz).
+    (Cauchy-Schwarz). That of M^-1 K bounds the stiffness of springs, which count as the damping h/2 K, h the step.
 
-    For groups of substeps in `trees.motion` the bound is that of M^-1 (D + EXPLICIT C), over LARGEST_LAG.
+    For groups of substeps in `trees.motion` the bound is that of M^-1 (D + EXPLICIT C), over LARGEST_LAG, and h/2 K.
     """
-    n, most, d = t.v_size, 1.0, vector(t.d, (t.v_size, t.v_size))
-    x, sums, explicit = vector(t.x, n), vector(t.room, n), vector(t.room + 8 * n, n)
+    n, most = t.v_size, 1.0
+    d, springs = vector(t.d, (n, n)), vector(t.springs, (n, n))
+    x, sums, explicit, stiff = vector(t.x, n), vector(t.room, n), vector(t.room + 8 * n, n), vector(t.room + 16 * n, n)
     for k in range(n):
-        sums[k], explicit[k] = 0.0, 0.0
+        sums[k], explicit[k], stiff[k] = 0.0, 0.0, 0.0
     for k in range(n):
         axis = axis_at(t.axes, k)
         coupled, limit = 1.0, axis.resistance if axis.side != 0.0 else 0.0
         own = d[k, k] + limit
-        if own > 0.0:
+        if own + springs[k, k] > 0.0:
             for i in range(k):
-                coupled += 1.0 if d[k, i] != 0.0 else 0.0
+                coupled += 1.0 if d[k, i] != 0.0 or springs[k, i] != 0.0 else 0.0
             most = max(most, coupled)
             answer_along(t, k)
             total, i = 0.0, k
@@ -248,11 +266,15 @@ def bound_decay(t):
             while i >= 0:
                 sums[i] += own * total * x[i]
                 explicit[i] += (d[k, k] + EXPLICIT * limit) * total * x[i]
+                stiff[i] += springs[k, k] * total * x[i]
                 i = axis_at(t.axes, i).parent
-    t.decay, t.swing = 0.0, 0.0
+    t.decay, t.swing, t.stiffness = 0.0, 0.0, 0.0
     for k in range(n):
         t.decay = max(t.decay, most * sums[k])
         t.swing = max(t.swing, most * explicit[k] / LARGEST_LAG)
+        t.stiffness = max(t.stiffness, most * stiff[k])
+    t.decay += 0.5 * t.span * t.stiffness
+    t.swing += 0.5 * t.span * t.stiffness
 
 
 def answer_along(t, last):

@@ -15,7 +15,7 @@ from contactlaw.jit import jit_module
 from contactlaw.memory import doubles_at
 from contactlaw.world.bodies.motion import set_axes
 from contactlaw.world.data.access import axis_at, body_at, joint_at, link_at
-from contactlaw.world.data.quaternion import load4, product, rotation, store4, turn_by, unit
+from contactlaw.world.data.quaternion import conjugate, load4, product, rotation, rotation_vector, store4, turn_by, unit
 from contactlaw.world.data.records import BALL, SLIDE
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, load, store, sub
 
@@ -43,6 +43,18 @@ def add_to_coordinates(t):
             q[k] += x[m]
             continue
         store4(q[k:], unit(product(load4(q[k:]), rotation(load(x[m:])))))
+
+
+def displace(t, x):
+    """Write the displacement of the coordinates since the start of the step into x, in the sense of velocities."""
+    q, start = vector(t.q, t.q_size), vector(t.start, t.q_size)
+    for i in range(t.joint_count):
+        joint = joint_at(t.joints, i)
+        k, m = joint.first_q, joint.first_axis
+        if joint.kind >= SLIDE:
+            x[m] = q[k] - start[k]
+            continue
+        store(x[m:], rotation_vector(product(conjugate(load4(start[k:])), load4(q[k:]))))
 
 
 def move(t):

@@ -77,7 +77,8 @@ def settle(b):
         return
     if t.stale != 0:
         ends = t.stale == PLACED and b.time == t.span
-        apply_pending(t)
+        apply_pending(t, 0.5 * t.held)
+        t.hold, t.held = 0, 0.0
         if t.stale != PLACED:
             clear(vector(t.x, t.v_size))
             call_on_tree(t.move, t)
@@ -86,8 +87,6 @@ def settle(b):
         if not ends:
             accelerate(t)
             t.stale = 0
-        t.hold = 0
-        t.held = 0.0
         clear(vector(t.kick_v, t.v_size))
     if b.time == 0.0:  # D is constant over a step, and M nearly
         dynamics.bound_decay(t)
@@ -101,13 +100,17 @@ def kick(b, impulse, moment):
     leave_placed(t)
 
 
-def apply_pending(t):
-    """Change the velocities by all pending impulses together; then soft limits resist that change, also together."""
-    if t.kicked == 0:
+def apply_pending(t, time):
+    """Change the velocities by all pending impulses together; then soft limits resist that change, also together.
+
+    time: [s] for which springs act by the present displacement.
+    """
+    if t.kicked == 0 and (t.sprung == 0 or time == 0.0):
         return
     t.kicked = 0
     n = t.v_size
     x, due, resisted = vector(t.x, n), vector(t.pending, n), False
+    dynamics.pull(t, time, due, x)
     copy(due, x)
     clear(due)
     add_response(t, x)
@@ -227,14 +230,14 @@ def write_masses(b):
 
 
 def add_damping(b):
-    """Add b D + b^2 K of damping and active limits to the matrix at `weights`, b a stage of an implicit step [s]."""
+    """Add b D + b^2 K of damping, active limits and stiff springs to the matrix at `weights`, b a stage [s]."""
     t = tree_at(b.tree, 0)
-    n = t.v_size
+    n, square = t.v_size, t.stage * t.stage if is_stiff(t) else 0.0
     d, springs, out = vector(t.d, (n, n)), vector(t.springs, (n, n)), vector(t.weights, (n, t.stride))
     for k in range(n):
         axis = axis_at(t.axes, k)
         for i in range(n):
-            out[k, i] += t.stage * (d[k, i] - springs[k, i])
+            out[k, i] += t.stage * d[k, i] + square * springs[k, i]
         if (
             axis.side != 0.0
             and dynamics.limit_force(axis, vector(t.q, t.q_size)[axis.coordinate], vector(t.v, n)[k]) > 0.0
@@ -245,10 +248,9 @@ def add_damping(b):
 def resist(t, force):
     """Find the force of damping and active limits less that at the start of the step: -D (V - v), and of limits.
 
-    Springs, which D has a part of, keep the force of the start.
+    Springs keep the force of the start, unless they are too stiff for that.
     """
-    n = t.v_size
-    d, springs = vector(t.d, (n, n)), vector(t.springs, (n, n))
+    n, d = t.v_size, vector(t.d, (t.v_size, t.v_size))
     q, v = vector(t.q, t.q_size), vector(t.v, n)
     q0, v0 = vector(t.start, t.q_size), vector(t.start + 8 * t.q_size, n)
     for k in range(n):
@@ -256,10 +258,17 @@ def resist(t, force):
         first, end = (0, n) if t.coupled != 0 else (k, k + 1)
         force[k] = 0.0
         for i in range(first, end):
-            force[k] += springs[k, i] * v0[i] - (d[k, i] - springs[k, i]) * (v[i] - v0[i])
+            force[k] -= d[k, i] * (v[i] - v0[i])
         if axis.side != 0.0:
             now = max(dynamics.limit_force(axis, q[axis.coordinate], v[k]), 0.0)
             force[k] += axis.side * (now - max(dynamics.limit_force(axis, q0[axis.coordinate], v0[k]), 0.0))
+    if is_stiff(t):
+        dynamics.pull(t, 1.0, force, vector(t.room + 16 * n, n))
+
+
+def is_stiff(t):
+    """Return whether springs would be unstable by their force at the start or middle of a step: omega h > 2."""
+    return 0.25 * t.span * t.span * t.stiffness > 1.0
 
 
 def balance(b):
@@ -305,13 +314,10 @@ def take_middle(b):
     t = tree_at(b.tree, 0)
     n = t.v_size
     x, v, v0, a = vector(t.x, n), vector(t.v, n), vector(t.start + 8 * t.q_size, n), vector(t.a, n)
-    carried, force, springs = vector(t.room, n), vector(t.room + 8 * n, n), vector(t.springs, (n, n))
+    carried, force = vector(t.room, n), vector(t.room + 8 * n, n)
     weigh(t, x)
     copy(x, carried)
     ahead = 0.5 * t.span / t.stage
-    for k in range(n):
-        for i in range(n):  # springs: by h/2 V, D moves them on by h/2 times the velocities of the middle
-            carried[k] += t.span * springs[k, i] * (ahead - 1.0) * (v[i] - v0[i])
     for k in range(n):
         x[k] = 0.5 * t.span * v[k]
         v[k] = v0[k] + ahead * (v[k] - v0[k])

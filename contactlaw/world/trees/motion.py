@@ -10,6 +10,10 @@ drift, where its kicks begin to count, to that of the next group's. Velocities o
 contacts and forces ask for; their mean does not. Where they would for long, see `dynamics`, M + s D, in the first drift
 too, reduces each rate r to r/(1 + s r), with s such that no velocity loses more than half in a substep.
 
+Springs kick in each substep of h [s], as contacts do, by the displacement u at its end, with h^2/4 K beside M. All this
+shears (u, v), so that vibrations keep their energy, and is stable for all omega h. From omega h = 1 to 2 on, fewer in
+many substeps, the first half of the first substep takes K u and K h/2 v implicitly, and vibrations decay.
+
 In the leapfrog M and a are held for a few substeps, at their values in the middle of the kicks that end these: the
 error is of second order in how far the tree moves in that time. The drift between two such groups uses the a of the
 first up to its middle, then that of the second: what rests stays. The middle is predicted with the present contact
@@ -92,7 +96,7 @@ def runge_kutta(t, h, more):
     """
     n = t.v_size
     if t.decay * abs(h) > 2.0 * LARGEST_DECAY:
-        t.lag = 0.5 * abs(h)
+        t.lag, t.ease = 0.5 * abs(h), 0.5 * abs(h)
         call_on_tree(t.accelerate, t)
     q, v, a = vector(t.q, t.q_size), vector(t.v, n), vector(t.a, n)
     rest = t.room + 8 * t.q_size
@@ -126,7 +130,7 @@ def runge_kutta(t, h, more):
     combine(t, h / 12.0, middle, h / 6.0, v)
     for k in range(n):
         v[k] = v0[k] + h / 6.0 * gained[k]
-    t.lag = 0.0
+    t.lag, t.ease = 0.0, 0.0
     end_step(t, h, more)
 
 
@@ -155,9 +159,9 @@ def drift(b, h):
     t = tree_at(b.tree, 0)
     n = t.v_size
     if t.held == 0.0 and is_stiff(t, h):  # else a, and the answer to half a kick, would turn v round within h/2
-        t.lag = stiff_lag(t, h)
+        t.lag, t.ease = stiff_lag(t, h), 0.5 * h
         accelerate(t)
-    apply_pending(t)
+    apply_pending(t, 0.5 * (t.held + h) if t.held != 0.0 else 0.0)  # a has the springs of a first substep's start
     for i in range(t.count):
         one = body_at(t.bodies, i)
         store(one.shift, load(one.position))
@@ -191,7 +195,7 @@ def drift(b, h):
 
 
 def is_stiff(t, h):
-    """Return whether the midpoint rule over a substep of h [s] would swing for long, see `dynamics`."""
+    """Return whether substeps of h [s] would swing for long by damping or springs, see `dynamics`."""
     return h * t.swing > 1.0
 
 
@@ -224,7 +228,7 @@ def predict_midpoint(t, h):
     kicks, known = (half / h - 0.5, 0.5) if t.held > 0.0 else (1.0, 1.0)  # half a kick of the first substep is known
     t.held = h
     stiff = is_stiff(t, h)
-    t.lag = stiff_lag(t, h) if stiff else half - 0.5 * h
+    t.lag, t.ease = stiff_lag(t, h) if stiff else half - 0.5 * h, 0.5 * h
     q, v, a, x = vector(t.q, t.q_size), vector(t.v, n), vector(t.a, n), vector(t.x, n)
     push, q0, v0 = vector(t.kick_v, n), vector(t.room, t.q_size), vector(t.room + 8 * t.q_size, n)
     damped = vector(t.room + 8 * (t.q_size + 2 * n), n)
@@ -237,7 +241,7 @@ def predict_midpoint(t, h):
     move_bodies(t)
     t.midway = 0 if stiff else 1
     accelerate(t)
-    t.lag, t.midway = 0.0, 0
+    t.lag, t.ease, t.midway = 0.0, 0.0, 0
     if t.hold > 1:
         copy(q0, q)
     copy(v0, v)
