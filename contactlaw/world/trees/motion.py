@@ -10,9 +10,9 @@ drift, where its kicks begin to count, to that of the next group's. Velocities o
 contacts and forces ask for; their mean does not. Where they would for long, see `dynamics`, M + s D, in the first drift
 too, reduces each rate r to r/(1 + s r), with s such that no velocity loses more than half in a substep.
 
-Springs kick in each substep of h [s], as contacts do, by the displacement u at its end, with h^2/4 K beside M. All this
-shears (u, v), so that vibrations keep their energy, and is stable for all omega h. From omega h = 1 to 2 on, fewer in
-many substeps, the first half of the first substep takes K u and K h/2 v implicitly, and vibrations decay.
+Springs kick in each substep of h [s], as contacts do, by the displacement u at its end, with h^2/4 K beside M. Each of
+these shears (u, v), so that vibrations keep their energy, and none grows at any omega h. Beyond omega^2 h T/2 = 1, T
+the step, the first half of the first substep takes K (u + h/2 v) implicitly, and vibrations decay.
 
 In the leapfrog M and a are held for a few substeps, at their values in the middle of the kicks that end these: the
 error is of second order in how far the tree moves in that time. The drift between two such groups uses the a of the
