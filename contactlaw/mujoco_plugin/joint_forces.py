@@ -36,41 +36,55 @@ from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.world.data.access import axis_at
 from contactlaw.world.data.quaternion import conjugate, load4, product, rotation_vector
 from contactlaw.world.data.records import FREE_JOINT, SLIDE
-from contactlaw.world.trees.dynamics import add_square, mobility_along, pull, solve
+from contactlaw.world.trees.dynamics import add_square, limit_force, pull, solve
 from contactlaw.world.trees.kinematics import vector
-from contactlaw.world.trees.mobility import clear
+from contactlaw.world.trees.mobility import SETTLED, SWEEPS, answer_to, clear
 
 
 def read_limits(head, j, t):
-    """Read the active joint limits of a tree; the other forces of the step are known."""
+    """Read the active joint limits of a tree; a: its accelerations at the start of the step, but for contacts.
+
+    The engine's forces of limits answer to contacts, under Runge-Kutta to those of a whole step. The forces without
+    contacts are found from these by sweeps, as limits of one tree answer each other.
+    """
     m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
-    first, ahead = d.ne + d.nf, steps_ahead(head)
-    answer = vector(t.room, n)
-    gather(head, head.given, j.v, answer)
-    solve(t, answer)
+    first, ahead, forces = d.ne + d.nf, steps_ahead(head), vector(t.room, n)
     for row in range(first, first + d.nl):
         joint, force = entry(d.efc_id, row), doubles_at(d.efc_force)[row]
-        if entry(d.efc_type, row) != layout.JOINT_LIMIT or entry(m.jnt_type, joint) < SLIDE or force <= 0.0:
+        if entry(d.efc_type, row) != layout.JOINT_LIMIT or entry(m.jnt_type, joint) < SLIDE:
             continue
         place, coordinate = entry(m.jnt_dofadr, joint), entry(m.jnt_qposadr, joint)
         if whole_at(head.places, head.nv + place) != j.tree:
             continue
         k = whole_at(head.places, place)
         axis, ends, reference = axis_at(t.axes, k), floats(m.jnt_range, 2 * joint, 2), floats(d.efc_KBIP, 4 * row, 3)
-        q, v = doubles_at(last_state(head))[1 + coordinate], doubles_at(last_state(head))[1 + head.nq + place]
-        beyond, weight = doubles_at(d.efc_pos)[row], doubles_at(d.efc_D)[row]
-        r = beyond - doubles_at(d.efc_margin)[row]
-        side = 1.0 if abs(q - ends[0] - beyond) < abs(ends[1] - q - beyond) else -1.0
-        stiffness = reference[0] * reference[2]
+        if axis.side != 0.0 and force <= 0.0:  # with a margin both ends may have a row
+            continue
+        q, beyond = doubles_at(last_state(head))[1 + coordinate], doubles_at(d.efc_pos)[row]
+        axis.side = 1.0 if abs(q - ends[0] - beyond) < abs(ends[1] - q - beyond) else -1.0
+        axis.edge = axis.side * q - beyond + doubles_at(d.efc_margin)[row]
+        stiffness, weight = reference[0] * reference[2], doubles_at(d.efc_D)[row]
         weight /= 1.0 + ahead * (reference[1] + ahead * stiffness)
-        weight /= 1.0 + weight * mobility_along(t, k)
-        axis.side, axis.weight = side, weight
-        axis.edge = side * q - r
-        v += ahead * doubles_at(d.qacc)[place]
-        r += ahead * side * v
-        axis.stiffness, axis.resistance = weight * stiffness, weight * reference[1]
-        axis.hold = force + axis.stiffness * r + axis.resistance * side * v + weight * side * answer[k]
-        vector(t.f, n)[k] -= side * force
+        axis.weight = weight / (1.0 + weight * answer_to(t, k))
+        axis.stiffness, axis.resistance = axis.weight * stiffness, axis.weight * reference[1]
+        forces[k] = force
+        vector(t.f, n)[k] -= axis.side * force
+    a, x, q, v = vector(t.a, n), vector(t.x, n), vector(t.q, t.q_size), vector(t.v, n)
+    for _ in range(SWEEPS):
+        changed = 0
+        for k in range(n):
+            axis = axis_at(t.axes, k)
+            if axis.side == 0.0:
+                continue
+            axis.hold = axis.weight * (answer_to(t, k) * forces[k] - axis.side * a[k])
+            force = max(limit_force(axis, q[axis.coordinate], v[k]), 0.0)
+            change = axis.side * (force - forces[k])
+            changed += 1 if abs(change) > SETTLED * force else 0
+            forces[k] = force
+            for i in range(n):
+                a[i] += change * x[i]
+        if changed < 2:
+            break
 
 
 def steps_ahead(head):

@@ -27,7 +27,7 @@ from contactlaw.world.data.records import ASKED, DENIED, LATE, PASSES, PLACED
 from contactlaw.world.data.vec import cross, load, norm, store
 from contactlaw.world.near.passing import find_passing
 from contactlaw.world.state import forget_motion_of
-from contactlaw.world.trees.dynamics import add_impulse
+from contactlaw.world.trees.dynamics import add_impulse, solve
 from contactlaw.world.trees.kinematics import is_pressed, spread_velocity, vector
 from contactlaw.world.trees.mobility import clear, copy, leave_placed
 
@@ -186,8 +186,15 @@ def read_tree(head, j, t):
         call_on_tree(t.move, t)
         t.stale = PLACED
     if d.nl > 0:
-        if not asleep:
-            accelerations(head, j, t, velocities, 0.0)
+        if asleep:  # contacts balance all other forces
+            gather(head, head.given, j.v, vector(t.a, n))
+            solve(t, vector(t.a, n))
+            for i in range(n):
+                vector(t.a, n)[i] *= -1.0
+        else:
+            gather(head, velocities, j.v, v)
+            spread_velocity(t)
+            call_on_tree(t.accelerate, t)
         joint_forces.read_limits(head, j, t)
     a = accelerations(head, j, t, velocities, head.step_size) if leads or follows else vector(t.a, n)
     gather(head, velocities, j.v, v)

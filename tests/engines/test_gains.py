@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mujoco_scenes import mujoco
+from mujoco_scenes import DISCRETE, mujoco, steel_pair
 
 from contactlaw import MATERIALS, ContactPair
 from contactlaw.mujoco_plugin import contacts_of, load_model
@@ -125,3 +125,38 @@ def test_a_ball_joint_keeps_its_swing_beside_a_tendon_in_a_tree_that_is_pressed(
     turned = 2.0 * np.arctan2(data.qpos[2], data.qpos[1])
     assert 0.5e-3 * data.qvel[1] ** 2 + 0.5 * 0.4 * turned**2 == pytest.approx(2e-3, rel=1e-3)
     assert 0.5e-3 * data.qvel[4] ** 2 + 0.5 * 0.1 * data.qpos[5] ** 2 == pytest.approx(2e-3, rel=1e-3)
+
+
+LEG = """<mujoco><option gravity="0 0 0"/><worldbody><geom name="floor" type="plane" size="1 1 1" contype="0"/>
+    <body pos="0 0 .1775"><joint type="slide" axis="0 0 1"/><geom size=".03" mass=".3" contype="0"/>
+    <body><joint axis="0 1 0" limited="true" range="-30 30"/><geom size=".01" pos="0 0 -.05" mass=".1" contype="0"/>
+    <body pos="0 0 -.1"><joint axis="0 1 0" limited="true" range="-40 60"/>
+    <geom name="foot" size=".02" pos="0 0 -.04" mass=".03"/></body></body></body></worldbody></mujoco>"""
+
+
+def landed(model, step, integrator="EULER", stiffness=0.0):
+    """Velocities of a leg 4 ms after its throw, both joints at their stops; stiffness: of Hertz's force by hand."""
+    model.opt.timestep, model.opt.integrator = step, getattr(mujoco.mjtIntegrator, f"mjINT_{integrator}")
+    data, jacobian, foot = mujoco.MjData(model), np.zeros((3, 3)), model.geom("foot").id
+    data.qpos[1:], data.qvel[:] = (0.55, -0.8), (-2.0, 0.6, -3.6)
+    data.qpos[0] = 0.0216 - 0.1775 + 0.1 * np.cos(0.55) + 0.04 * np.cos(0.25)
+    for _ in range(round(4e-3 / step)):
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        overlap = 0.02 - data.geom_xpos[foot, 2]
+        if stiffness > 0.0:
+            mujoco.mj_jac(model, data, jacobian, None, data.geom_xpos[foot], model.geom_bodyid[foot])
+            data.qfrc_applied[:] = stiffness * max(overlap, 0.0) ** 1.5 * jacobian[2]
+        mujoco.mj_step(model, data)
+    return data.qvel
+
+
+@pytest.mark.parametrize("integrator", ["EULER", "RK4", "IMPLICITFAST", *map(str.upper, DISCRETE)])
+def test_a_leg_with_two_joints_at_their_stops_lands_as_the_engines_stops_have_it(integrator):
+    """Each stop resisted as if the other were not there: 1.2 times the energy of before, for half of it."""
+    pair = steel_pair(friction=0.0, restitution=1.0)
+    hertz = 4.0 / 3.0 * pair.effective_modulus * np.sqrt(0.02)
+    due = landed(mujoco.MjModel.from_xml_string(LEG), 1e-6, stiffness=hertz)
+    model = load_model(LEG, [("foot", "floor", pair)], others=False)
+    for step in (2e-3, 5e-4, 1e-4):
+        assert landed(model, step, integrator)[0] == pytest.approx(due[0], abs=0.03)

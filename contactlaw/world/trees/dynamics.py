@@ -115,8 +115,8 @@ def limit_force(axis, q, v):
     return axis.hold - axis.stiffness * r - axis.resistance * axis.side * v if r < 0.0 else 0.0
 
 
-def limit_impulse(t, k, change):
-    """Return the change of a soft limit's impulse over a substep when contacts have changed the velocity of its axis.
+def limit_impulse(t, k, v, change):
+    """Return the change of a soft limit's impulse over a substep when its axis has got the velocity v by a change.
 
     Like a mass it resists changes of the speed towards the stop, and no others: it would drive what moves away.
     """
@@ -124,7 +124,6 @@ def limit_impulse(t, k, change):
     q = vector(t.q, t.q_size)[axis.coordinate]
     if axis.side == 0.0 or axis.side * q >= axis.edge:
         return 0.0
-    v = vector(t.v, t.v_size)[k]
     push, gained = t.held * limit_force(axis, q, v), min(axis.side * v, 0.0) - min(axis.side * (v - change), 0.0)
     return axis.side * (max(push - axis.weight * gained, 0.0) - max(push, 0.0))
 
@@ -285,17 +284,6 @@ def answer_along(t, last):
         k = axis_at(t.axes, k).parent
     x[last] = 1.0
     solve_lt(t, x, last, False)
-
-
-def mobility_along(t, last):
-    """Return a diagonal entry of M^-1: the change of an axis's velocity by a unit impulse along it."""
-    answer_along(t, last)
-    x, out, k = vector(t.x, t.v_size), 0.0, last
-    while k >= 0:
-        axis = axis_at(t.axes, k)
-        out += axis.inverse * x[k] * x[k]
-        k = axis.parent
-    return out
 
 
 def spread_acceleration(t):

@@ -19,6 +19,8 @@ from contactlaw.world.trees import dynamics
 from contactlaw.world.trees.kinematics import response_of, spread_velocity, vector
 
 SAME = 1e-12  # of the sum of forces on a tree: changes up to this are rounding
+# Gauss-Seidel sweeps in which limits of one tree find their forces, at most, and the share by which these may be off
+SWEEPS, SETTLED = 100, 1e-3
 GOLDEN, SILVER = 0.5 * (sqrt(5.0) - 1.0), sqrt(2.0) - 1.0  # irrational, so that the weights of forces all differ
 
 
@@ -101,7 +103,9 @@ def kick(b, impulse, moment):
 
 
 def apply_pending(t, time):
-    """Change the velocities by all pending impulses together; then soft limits resist that change, also together.
+    """Change the velocities by all pending impulses together; then soft limits resist that change.
+
+    Limits of one tree answer each other: impulses of each by itself would add up to too much, and give energy.
 
     time: [s] for which springs act by the present displacement.
     """
@@ -109,26 +113,43 @@ def apply_pending(t, time):
         return
     t.kicked = 0
     n = t.v_size
-    x, due, resisted = vector(t.x, n), vector(t.pending, n), False
+    x, v, push, due = vector(t.x, n), vector(t.v, n), vector(t.kick_v, n), vector(t.pending, n)
+    change, given = vector(t.room, n), vector(t.room + 8 * n, n)
     dynamics.pull(t, time, due, x)
     copy(due, x)
     clear(due)
-    add_response(t, x)
+    dynamics.solve(t, x)
+    copy(x, change)
+    clear(given)
     for k in range(n):
-        x[k] = dynamics.limit_impulse(t, k, x[k])
-        resisted = resisted or x[k] != 0.0
-    if resisted:
-        add_response(t, x)
+        v[k] += x[k]
+        push[k] += x[k]
+    for _ in range(SWEEPS):
+        changed = 0
+        for k in range(n):
+            if axis_at(t.axes, k).side == 0.0:
+                continue
+            own = answer_to(t, k) * given[k]
+            impulse = dynamics.limit_impulse(t, k, v[k] - own, change[k] - own)
+            more = impulse - given[k]
+            changed += 1 if abs(more) > SETTLED * abs(impulse) else 0
+            given[k] = impulse
+            for i in range(n):
+                v[i] += more * x[i]
+                push[i] += more * x[i]
+                change[i] += more * x[i]
+        if changed < 2:
+            break
     spread_velocity(t)
 
 
-def add_response(t, x):
-    """Add the response to generalised impulses x to the velocities; x <- that response."""
-    v, push = vector(t.v, t.v_size), vector(t.kick_v, t.v_size)
+def answer_to(t, k):
+    """x <- the change of velocities by a unit impulse along an axis; returns that of the axis itself."""
+    x = vector(t.x, t.v_size)
+    clear(x)
+    x[k] = 1.0
     dynamics.solve(t, x)
-    for k in range(t.v_size):
-        v[k] += x[k]
-        push[k] += x[k]
+    return x[k]
 
 
 def mobility(a, arm_a, b, arm_b, direction):
