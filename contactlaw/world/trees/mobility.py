@@ -127,7 +127,7 @@ def apply_pending(t, time):
     for _ in range(SWEEPS):
         changed = 0
         for k in range(n):
-            if axis_at(t.axes, k).side == 0.0:
+            if given[k] == 0.0 and dynamics.limit_impulse(t, k, v[k], change[k]) == 0.0:
                 continue
             own = answer_to(t, k) * given[k]
             impulse = dynamics.limit_impulse(t, k, v[k] - own, change[k] - own)
