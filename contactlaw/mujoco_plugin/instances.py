@@ -185,8 +185,10 @@ def is_native(view: layout.ModelView, one: int, two: int) -> bool:
     low, high = sorted((one, two))
     if (low, high) in view.margins:
         return view.margins[low, high] >= 0.0
+    if not touch(view.bits[one], view.bits[two]):
+        return False
     a, b = view.geom_bodyid[[one, two]]
-    return touch(view.bits[one], view.bits[two]) and view.body_weldid[a] != view.body_weldid[b] and may_meet(view, a, b)
+    return view.body_weldid[a] != view.body_weldid[b] and may_meet(view, a, b)
 
 
 def skip_constraints(model: mujoco.MjModel) -> bool:

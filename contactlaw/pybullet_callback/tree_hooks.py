@@ -117,7 +117,7 @@ def tie(own, t, dt):
             clear(x)
             x[one.geared[0]] += 1.0
             x[one.geared[1]] += one.ratio
-            resist(own, t, most)
+            add_inertia(own, t, most)
         axis = load(one.axis)
         if one.bodies[0] >= 0:
             axis = to_world(body_at(t.bodies, one.bodies[0]).axes, axis)
@@ -125,10 +125,10 @@ def tie(own, t, dt):
             d = (1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
             if one.points != 0:
                 separate(t, one, axpy(-dot(axis, d), axis, d), ZERO)
-                resist(own, t, most)
+                add_inertia(own, t, most)
             if one.turns != 0:
                 separate(t, one, ZERO, d)
-                resist(own, t, most)
+                add_inertia(own, t, most)
 
 
 def separate(t, one, way, turn):
@@ -144,7 +144,7 @@ def separate(t, one, way, turn):
         sign = -1.0
 
 
-def resist(own, t, most):
+def add_inertia(own, t, most):
     """Add the inertia w x x^T to that of a tree, w being TIED times the inertia that meets an impulse along x.
 
     most: [N s] by which Bullet's step may have changed its momentum along x.

@@ -52,7 +52,7 @@ def begin_contact(w, k, overlap):
     The overlap is positive if the pair overlaps already when it is first looked at. If it exceeds
     `initial_overlap_limit`, the user has built or moved the shapes into each other: if the pair is relaxed, this
     initial overlap counts as none from then on. It shrinks with the overlap while the contact is open and never grows,
-    so that it gives no energy. So do an edge over a face, listed as it comes to the face's border, and what is found late.
+    so that it gives no energy. So do edges over a face, listed as they come to its border, and what is found late.
     """
     q = near_at(w.near, k)
     sa, sb = shape_at(w.shapes, q.a), shape_at(w.shapes, q.b)

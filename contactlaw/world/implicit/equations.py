@@ -30,7 +30,7 @@ class Equations(NamedTuple):
     about: Array  # about an axis
     first: Array  # the first column of each row's envelope
     last: Array  # the last column of each row of U
-    diagonal: Array  # of the mass matrices of trees
+    diagonal: Array  # of M + b D of trees
 
 
 VECTORS = len(Equations._fields) - 1

@@ -106,7 +106,6 @@ def apply_pending(t, time):
     """Change the velocities by all pending impulses together; then soft limits resist that change.
 
     Limits of one tree answer each other: impulses of each by itself would add up to too much, and give energy.
-
     time: [s] for which springs act by the present displacement.
     """
     if t.kicked == 0 and (t.sprung == 0 or time == 0.0):
@@ -309,18 +308,19 @@ def balance(b):
 def weigh(t, x):
     """x <- M x, M = L^T D L."""
     m, n = vector(t.factor, (t.v_size, t.v_size)), t.v_size
-    for step in (-1, 1):  # L and D, then L^T
-        for j in range(n):
-            k = j if step > 0 else n - 1 - j
-            i, p = axis_at(t.axes, k).parent, axis_at(t.axes, k).depth
-            while i >= 0:
-                p -= 1
-                if step > 0:
-                    x[i] += m[k, p] * x[k]
-                else:
-                    x[k] += m[k, p] * x[i]
-                i = axis_at(t.axes, i).parent
-            x[k] = x[k] if step > 0 else x[k] / axis_at(t.axes, k).inverse
+    for k in range(n - 1, -1, -1):  # D L
+        i, p = axis_at(t.axes, k).parent, axis_at(t.axes, k).depth
+        while i >= 0:
+            p -= 1
+            x[k] += m[k, p] * x[i]
+            i = axis_at(t.axes, i).parent
+        x[k] /= axis_at(t.axes, k).inverse
+    for k in range(n):  # L^T
+        i, p = axis_at(t.axes, k).parent, axis_at(t.axes, k).depth
+        while i >= 0:
+            p -= 1
+            x[i] += m[k, p] * x[k]
+            i = axis_at(t.axes, i).parent
 
 
 def take_middle(b):
