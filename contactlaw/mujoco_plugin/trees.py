@@ -81,9 +81,8 @@ def move_tree(head, j, t):
     before = doubles_at(places_in(head, head.start)[1])
     for k in range(t.v_size):
         place = whole_at(head.places, j.v + k)
-        v = (
-            doubles_at(d.qvel)[place] if t.passes == ASKED else before[place]
-        )  # not what a step of an impact's force gives
+        # where contacts press, the engine's step has held their force: in an impact that is no motion
+        v = doubles_at(d.qvel)[place] if t.passes == ASKED else before[place]
         turn, gain = max(turn, head.step_size * abs(v)), max(gain, head.step_size * abs(v - before[place]))
     if turn > LOST or (t.passes == ASKED and gain > LOST_GAIN):
         t.passes = PASSES  # the engine goes on with it by itself, without contacts, and finds it unstable
