@@ -65,18 +65,19 @@ def read_limits(head, j, t):
         axis.edge = axis.side * q - beyond + doubles_at(d.efc_margin)[row]
         stiffness, weight = reference[0] * reference[2], doubles_at(d.efc_D)[row]
         weight /= 1.0 + ahead * (reference[1] + ahead * stiffness)
-        axis.weight = weight / (1.0 + weight * answer_to(t, k))
+        axis.weight = weight / (1.0 + weight * answer_to(t, k)[k])
         axis.stiffness, axis.resistance = axis.weight * stiffness, axis.weight * reference[1]
         forces[k] = force
         vector(t.f, n)[k] -= axis.side * force
-    a, x, q, v = vector(t.a, n), vector(t.x, n), vector(t.q, t.q_size), vector(t.v, n)
+    a, q, v = vector(t.a, n), vector(t.q, t.q_size), vector(t.v, n)
     for _ in range(SWEEPS):
         changed = 0
         for k in range(n):
             axis = axis_at(t.axes, k)
             if axis.side == 0.0:
                 continue
-            axis.hold = axis.weight * (answer_to(t, k) * forces[k] - axis.side * a[k])
+            x = answer_to(t, k)
+            axis.hold = axis.weight * (x[k] * forces[k] - axis.side * a[k])
             force = max(limit_force(axis, q[axis.coordinate], v[k]), 0.0)
             change = axis.side * (force - forces[k])
             changed += 1 if abs(change) > SETTLED * force else 0

@@ -78,11 +78,11 @@ def serve(block, stage):
 def move_tree(head, j, t):
     """Move a tree that may pass to where the engine's step has taken it."""
     d, turn, gain = data_at(head.data, 0), 0.0, 0.0  # how far [m] or [rad] an axis moves in the step, see `LOST_GAIN`
-    before = doubles_at(places_in(head, head.start)[1])
+    before, pushed = doubles_at(places_in(head, head.start)[1]), is_pushed(head, j, t)
     for k in range(t.v_size):
         place = whole_at(head.places, j.v + k)
-        # where contacts press, the engine's step has held their force: in an impact that is no motion
-        v = doubles_at(d.qvel)[place] if t.passes == ASKED else before[place]
+        # the engine's step has held the push of contacts: in an impact what that does is no motion
+        v = before[place] if pushed else doubles_at(d.qvel)[place]
         turn, gain = max(turn, head.step_size * abs(v)), max(gain, head.step_size * abs(v - before[place]))
     if turn > LOST or (t.passes == ASKED and gain > LOST_GAIN):
         t.passes = PASSES  # the engine goes on with it by itself, without contacts, and finds it unstable

@@ -97,7 +97,7 @@ TREE = record(
     x="u8",  # (v_size,), argument and result of these functions
     pending="u8", kicked="i8",  # (v_size,), generalised impulses not yet applied to v; 1: there are some
     kick_v="u8",  # (v_size,), change of v by impulses since its last drift
-    factor="u8",  # (v_size, v_size), see `trees.dynamics`
+    factor="u8", answers="u8",  # (v_size, v_size), see `trees.dynamics`; columns of M^-1, see `mobility.answer_to`
     room="u8",  # q_size + 3 v_size, scratch
     start="u8",  # q_size + v_size, coordinates and velocities at the start of the step
     links="u8", joints="u8", axes="u8",  # records
@@ -157,7 +157,7 @@ AXIS = record(
     side="f8",  # 1: of a least coordinate, -1: of a greatest one, 0: none is active
     coordinate="i8", edge="f8",  # number of the coordinate; its limit, times `side`
     hold="f8", stiffness="f8", resistance="f8",  # force at the limit at rest; its slopes with coordinate and velocity
-    weight="f8",  # [kg] or [kg m^2], its slope with the acceleration by other forces
+    weight="f8", answered="i8",  # [kg], [kg m^2], slope with the acceleration by others; 1: `answers` has its column
 )  # fmt: skip
 """A degree of freedom of a tree."""
 
@@ -306,7 +306,7 @@ def numbers_of(tree: Any) -> dict[str, int]:
     rows = {"links": (LINK, tree["count"]), "joints": (JOINT, tree["joint_count"]), "axes": (AXIS, v)}
     one = dict.fromkeys(("v", "a", "f", "v_f", "x", "pending", "kick_v"), v)
     own = {name: int(count) * kind.itemsize // 8 for name, (kind, count) in rows.items()}
-    sizes = {"d": v * v, "springs": v * v, "e": v * v, "factor": v * v, "room": q + 3 * v, "start": q + v}
+    sizes = dict.fromkeys(("d", "springs", "e", "factor", "answers"), v * v) | {"room": q + 3 * v, "start": q + v}
     return {"q": q} | one | sizes | own
 
 

@@ -188,7 +188,7 @@ def factorise(t):
     for k in range(t.v_size - 1, -1, -1):
         axis = axis_at(t.axes, k)
         p = axis.depth
-        axis.inverse = 1.0 / m[k, p]
+        axis.inverse, axis.answered = 1.0 / m[k, p], 0
         i = axis.parent
         while i >= 0:
             p -= 1

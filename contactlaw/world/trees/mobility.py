@@ -128,7 +128,8 @@ def apply_pending(t, time):
         for k in range(n):
             if given[k] == 0.0 and dynamics.limit_impulse(t, k, v[k], change[k]) == 0.0:
                 continue
-            own = answer_to(t, k) * given[k]
+            x = answer_to(t, k)
+            own = x[k] * given[k]
             impulse = dynamics.limit_impulse(t, k, v[k] - own, change[k] - own)
             more = impulse - given[k]
             changed += 1 if abs(more) > SETTLED * abs(impulse) else 0
@@ -143,12 +144,14 @@ def apply_pending(t, time):
 
 
 def answer_to(t, k):
-    """x <- the change of velocities by a unit impulse along an axis; returns that of the axis itself."""
-    x = vector(t.x, t.v_size)
-    clear(x)
-    x[k] = 1.0
-    dynamics.solve(t, x)
-    return x[k]
+    """Return the change of velocities by a unit impulse along an axis, an array; found once for a factor."""
+    x, axis = vector(t.answers, (t.v_size, t.v_size))[k], axis_at(t.axes, k)
+    if axis.answered == 0:
+        clear(x)
+        x[k] = 1.0
+        dynamics.solve(t, x)
+        axis.answered = 1
+    return x
 
 
 def mobility(a, arm_a, b, arm_b, direction):
