@@ -108,6 +108,7 @@ def is_as_left(head, j, t):
 def find_tree(head, j, t):
     """Find where a tree is at the start of the step; it passes by everything until something says otherwise."""
     w, d = world_at(head.world, 0), data_at(head.data, 0)
+    store(t.gravity, load(head.gravity))
     if j.base != 0:
         store(t.base, load(floats(d.xpos, 3 * j.base, 3)))
         copy(floats(d.xquat, 4 * j.base, 4), t.base_turn)
@@ -156,7 +157,6 @@ def read_tree(head, j, t):
     m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
     f, v, damping, springs = vector(t.f, n), vector(t.v, n), vector(t.d, (n, n)), vector(t.springs, (n, n))
     coordinates, velocities = places_in(head, head.start)
-    store(t.gravity, load(head.gravity))
     t.coupled, t.followed, t.sprung = 0, 0, 0
     gather(head, coordinates, j.q, vector(t.q, t.q_size))
     copy(vector(t.q, t.q_size), vector(t.start, t.q_size))

@@ -88,6 +88,7 @@ def step_once(w, dt, task):
     their common code is compiled once.
     """
     if task == FIND_PRESSED:
+        w.step = dt
         find_pressed(w)
         return True
     begin(w, dt)

@@ -37,7 +37,7 @@ FOLLOWS = 2  # value of `BODY.done`: where the engine has the body
 
 
 def find_pressed(w):
-    """Set `pressed` of all bodies that have a closed contact, or that the user has moved into another body.
+    """Set `pressed` of all bodies that have a closed contact, or that the user has moved into or onto another body.
 
     For adapters, between two steps. Open pairs of trees that may pass by everything get the gap and the closing speed
     that `find_passing` starts from.
@@ -78,9 +78,22 @@ def find_pressed(w):
             p.gap = -overlap
             p.closing = closing_at(a, arm_a, b, arm_b, n)
             p.checked = MEASURED
-            if overlap > IDLE * max(a.size, b.size):  # else neighbours that touch by rounding would differ
+            slight = IDLE * max(a.size, b.size)  # neighbours that touch by rounding must not differ
+            if overlap > slight or (overlap >= -slight and is_laid_on(w, a, b, n, p.closing, slight)):
                 mark_pressed(a)
                 mark_pressed(b)
+
+
+def is_laid_on(w, a, b, n, closing, slight):
+    """Return whether the user has put a body on another, without a speed against it: then it rests, and does not fly.
+
+    What acts on them must bring them together by more than `slight` [m] in a step. n: normal from B to A.
+    """
+    if a.placed + b.placed == 0 or w.step * closing > slight:
+        return False
+    one = load(tree_at(a.tree, 0).gravity) if a.tree != 0 else load(a.acceleration)
+    other = load(tree_at(b.tree, 0).gravity) if b.tree != 0 else load(b.acceleration)
+    return w.step * (closing + 0.5 * w.step * dot(sub(other, one), n)) > slight
 
 
 def gap_suffices(w, p, a, b):

@@ -1,0 +1,81 @@
+"""What is put on something with a gap of zero and no velocity rests on it, and has not fallen for half a step."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from mujoco_scenes import mujoco
+
+from contactlaw import ContactPair
+from contactlaw.mujoco_plugin import instances_of, ledger_of, load_model
+
+GRAVITY, MASS, RADIUS = 9.81, 1.0, 0.03
+PAIR = ContactPair("steel", "steel", friction=0.0, restitution=1.0)
+# Of an elastic ball that a weight begins to press on a plane: W delta = 2/5 k delta^(5/2), with Hertz's k
+DEEPEST = (2.5 * MASS * GRAVITY / (4.0 / 3.0 * PAIR.effective_modulus * RADIUS**0.5)) ** (2.0 / 3.0)
+FREE = f'<body pos="0 0 {{}}"><freejoint/><geom name="ball" size="{RADIUS}" mass="{MASS}"/></body>'
+ARM = f"""<body pos="0 0 {{}}"><joint axis="0 1 0"/><geom name="ball" size="{RADIUS}" pos=".3 0 0" mass="{MASS}"/>
+</body>"""
+
+
+def load(body: str, timestep: float, integrator: str = "Euler"):
+    return load_model(
+        f"""<mujoco><option timestep="{timestep}" integrator="{integrator}"/><worldbody>
+        <geom name="floor" type="plane" size="1 1 1"/>{body}</worldbody></mujoco>""",
+        [("*", "*", PAIR)],
+    )
+
+
+@pytest.mark.parametrize("body", [FREE, ARM])
+@pytest.mark.parametrize("integrator", ["Euler", "RK4", "implicitfast"])
+@pytest.mark.parametrize("timestep", [0.0005, 0.005])
+def test_a_ball_in_mujoco(body: str, integrator: str, timestep: float) -> None:
+    model = load(body.format(RADIUS), timestep, integrator)
+    data = mujoco.MjData(model)
+    for _ in range(2):  # as new, and in its place again
+        mujoco.mj_resetData(model, data)
+        mujoco.mj_step(model, data, round(0.1 / timestep))
+        found = ledger_of(model, data, *instances_of(model))
+        assert found.impacts == 1
+        assert found.greatest_overlap == pytest.approx(DEEPEST, rel=3e-3)
+
+
+def test_a_ball_in_mujoco_that_is_thrown_up_flies_as_without_the_law() -> None:
+    model = load(FREE.format(RADIUS), 0.002)
+    data = mujoco.MjData(model)
+    data.qvel[2] = 1.0
+    mujoco.mj_step(model, data, 10)
+    assert data.qpos[2] == pytest.approx(RADIUS + 0.02 - 55 * GRAVITY * 0.002**2, abs=1e-14)  # by semi-implicit Euler
+
+
+def test_balls_in_mujoco_side_by_side_fall_alike() -> None:
+    row = "".join(FREE.format(1.0).replace("0 0 ", f"{x} 0 ").replace("ball", f"b{x}") for x in (0.0, 0.06, 0.2))
+    model = load(row, 0.005)
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 10)
+    assert data.qvel[2] == data.qvel[8] == data.qvel[14] == pytest.approx(-10 * GRAVITY * 0.005, rel=1e-12)
+
+
+@pytest.fixture
+def client() -> Iterator[int]:
+    p = pytest.importorskip("pybullet")
+    number = p.connect(p.DIRECT)
+    p.setGravity(0.0, 0.0, -GRAVITY, number)
+    yield number
+    p.disconnect(number)
+
+
+@pytest.mark.parametrize("timestep", [0.0005, 0.005])
+def test_a_ball_in_pybullet(client: int, timestep: float) -> None:
+    from pybullet_scenes import ContactCallback, ball, p, plane
+
+    p.setTimeStep(timestep, client)
+    one, floor = ball(client, (0.0, 0.0, RADIUS), radius=RADIUS, mass=MASS), plane(client)
+    callback = ContactCallback(client)
+    handle = callback.add_contact(one, floor, PAIR)
+    for _ in range(round(0.1 / timestep)):
+        callback.step()
+    found = callback.ledger(handle)
+    assert found.impacts == 1
+    assert found.greatest_overlap == pytest.approx(DEEPEST, rel=3e-3)
