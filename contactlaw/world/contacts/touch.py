@@ -251,7 +251,7 @@ def jump_of(c, overlap, normals, moved, way):
 
     That counts as initial overlap: the elastic energy, which depends on the rest alone, grows by no more than the work
     of the motion. The overlap of a place that lasts grows by the motion along a normal between its last and its new
-    one, up to errors of third order in the way [m].
+    one, up to errors of third order in `moved` [m], the motion of the points that touched, and `way`, of the centres.
     """
     jump = overlap - c.initial_overlap - max(c.touch.overlap, 0.0) + min(dot(moved, normals[0]), dot(moved, normals[1]))
     if jump <= TOUCHING * c.touch.radius:
