@@ -36,19 +36,19 @@ from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.world.data.access import axis_at
 from contactlaw.world.data.quaternion import conjugate, load4, product, rotation_vector
 from contactlaw.world.data.records import FREE_JOINT, SLIDE
-from contactlaw.world.trees.dynamics import add_square, limit_force, pull, solve
+from contactlaw.world.trees.dynamics import add_square, pull, solve
 from contactlaw.world.trees.kinematics import vector
-from contactlaw.world.trees.mobility import SETTLED, SWEEPS, answer_to, clear
+from contactlaw.world.trees.mobility import answer_to, clear, sweep
 
 
 def read_limits(head, j, t):
     """Read the active joint limits of a tree; a: its accelerations at the start of the step, but for contacts.
 
     The engine's forces of limits answer to contacts, under Runge-Kutta to those of a whole step. The forces without
-    contacts are found from these by sweeps, as limits of one tree answer each other.
+    contacts are found from these by sweeps.
     """
     m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
-    first, ahead, forces = d.ne + d.nf, steps_ahead(head), vector(t.room, n)
+    first, ahead, given = d.ne + d.nf, steps_ahead(head), vector(t.room, n)
     for row in range(first, first + d.nl):
         joint, force = entry(d.efc_id, row), doubles_at(d.efc_force)[row]
         if entry(d.efc_type, row) != layout.JOINT_LIMIT or entry(m.jnt_type, joint) < SLIDE:
@@ -67,25 +67,9 @@ def read_limits(head, j, t):
         weight /= 1.0 + ahead * (reference[1] + ahead * stiffness)
         axis.weight = weight / (1.0 + weight * answer_to(t, k)[k])
         axis.stiffness, axis.resistance = axis.weight * stiffness, axis.weight * reference[1]
-        forces[k] = force
-        vector(t.f, n)[k] -= axis.side * force
-    a, q, v = vector(t.a, n), vector(t.q, t.q_size), vector(t.v, n)
-    for _ in range(SWEEPS):
-        changed = 0
-        for k in range(n):
-            axis = axis_at(t.axes, k)
-            if axis.side == 0.0:
-                continue
-            x = answer_to(t, k)
-            axis.hold = axis.weight * (x[k] * forces[k] - axis.side * a[k])
-            force = max(limit_force(axis, q[axis.coordinate], v[k]), 0.0)
-            change = axis.side * (force - forces[k])
-            changed += 1 if abs(change) > SETTLED * force else 0
-            forces[k] = force
-            for i in range(n):
-                a[i] += change * x[i]
-        if changed < 2:
-            break
+        given[k] = axis.side * force
+        vector(t.f, n)[k] -= given[k]
+    sweep(t, given, vector(t.a, n), False)
 
 
 def steps_ahead(head):

@@ -115,16 +115,23 @@ def limit_force(axis, q, v):
     return axis.hold - axis.stiffness * r - axis.resistance * axis.side * v if r < 0.0 else 0.0
 
 
+def limit_held(t, k, v, own):
+    """Return the force of a limit along its axis, and set `hold` by the acceleration that the axis has without it."""
+    axis = axis_at(t.axes, k)
+    axis.hold = -axis.weight * axis.side * own
+    return axis.side * max(limit_force(axis, vector(t.q, t.q_size)[axis.coordinate], v), 0.0)
+
+
 def limit_impulse(t, k, v, change):
-    """Return the change of a soft limit's impulse over a substep when its axis has got the velocity v by a change.
+    """Return the impulse by which a soft limit answers a change of its axis' velocity v in a substep.
 
     Like a mass it resists changes of the speed towards the stop, and no others: it would drive what moves away.
     """
     axis = axis_at(t.axes, k)
-    q = vector(t.q, t.q_size)[axis.coordinate]
-    if axis.side == 0.0 or axis.side * q >= axis.edge:
+    q, now = vector(t.q, t.q_size)[axis.coordinate], v + change
+    if axis.side * q >= axis.edge:
         return 0.0
-    push, gained = t.held * limit_force(axis, q, v), min(axis.side * v, 0.0) - min(axis.side * (v - change), 0.0)
+    push, gained = t.held * limit_force(axis, q, now), min(axis.side * now, 0.0) - min(axis.side * v, 0.0)
     return axis.side * (max(push - axis.weight * gained, 0.0) - max(push, 0.0))
 
 

@@ -105,42 +105,48 @@ def kick(b, impulse, moment):
 def apply_pending(t, time):
     """Change the velocities by all pending impulses together; then soft limits resist that change.
 
-    Limits of one tree answer each other: impulses of each by itself would add up to too much, and give energy.
     time: [s] for which springs act by the present displacement.
     """
     if t.kicked == 0 and (t.sprung == 0 or time == 0.0):
         return
     t.kicked = 0
     n = t.v_size
-    x, v, push, due = vector(t.x, n), vector(t.v, n), vector(t.kick_v, n), vector(t.pending, n)
+    v, push, due = vector(t.v, n), vector(t.kick_v, n), vector(t.pending, n)
     change, given = vector(t.room, n), vector(t.room + 8 * n, n)
-    dynamics.pull(t, time, due, x)
-    copy(due, x)
+    dynamics.pull(t, time, due, change)
+    copy(due, change)
     clear(due)
-    dynamics.solve(t, x)
-    copy(x, change)
+    dynamics.solve(t, change)
     clear(given)
+    sweep(t, given, change, True)
     for k in range(n):
-        v[k] += x[k]
-        push[k] += x[k]
+        v[k] += change[k]
+        push[k] += change[k]
+    spread_velocity(t)
+
+
+def sweep(t, given, change, impulses):
+    """Find what active limits give along their axes, by Gauss-Seidel sweeps, and add the answers of all axes to it.
+
+    Limits of one tree answer each other: those of each by itself would add up to too much, and give energy.
+    given, change: forces and accelerations; impulses: impulses in a substep, and changes of the velocities by it.
+    """
+    n, v = t.v_size, vector(t.v, t.v_size)
     for _ in range(SWEEPS):
         changed = 0
         for k in range(n):
-            if given[k] == 0.0 and dynamics.limit_impulse(t, k, v[k], change[k]) == 0.0:
+            if axis_at(t.axes, k).side == 0.0:
                 continue
-            x = answer_to(t, k)
-            own = x[k] * given[k]
-            impulse = dynamics.limit_impulse(t, k, v[k] - own, change[k] - own)
-            more = impulse - given[k]
-            changed += 1 if abs(more) > SETTLED * abs(impulse) else 0
-            given[k] = impulse
-            for i in range(n):
-                v[i] += more * x[i]
-                push[i] += more * x[i]
-                change[i] += more * x[i]
+            own = change[k] - (answer_to(t, k)[k] * given[k] if given[k] != 0.0 else 0.0)
+            due = dynamics.limit_impulse(t, k, v[k], own) if impulses else dynamics.limit_held(t, k, v[k], own)
+            more, given[k] = due - given[k], due
+            if more != 0.0:
+                x = answer_to(t, k)
+                changed += 1 if abs(more) > SETTLED * abs(due) else 0
+                for i in range(n):
+                    change[i] += more * x[i]
         if changed < 2:
             break
-    spread_velocity(t)
 
 
 def answer_to(t, k):
