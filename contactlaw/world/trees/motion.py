@@ -158,7 +158,7 @@ def drift(b, h):
     """Move a tree for h [s] without contacts, and set `shift` and `twist` of its bodies."""
     t = tree_at(b.tree, 0)
     n = t.v_size
-    if t.held == 0.0 and is_stiff(t, h):  # else a, and the answer to half a kick, would turn v round within h/2
+    if t.held == 0.0 and would_swing(t, h):  # else a, and the answer to half a kick, would turn v round within h/2
         t.lag, t.ease = stiff_lag(t, h), 0.5 * h
         accelerate(t)
     apply_pending(t, 0.5 * (t.held + h) if t.held != 0.0 else 0.0)  # a has the springs of a first substep's start
@@ -194,7 +194,7 @@ def drift(b, h):
     t.stale = PLACED
 
 
-def is_stiff(t, h):
+def would_swing(t, h):
     """Return whether substeps of h [s] would swing for long by damping or springs, see `dynamics`."""
     return h * t.swing > 1.0
 
@@ -227,7 +227,7 @@ def predict_midpoint(t, h):
     half = h * (0.5 * (t.hold + 1) if t.hold < left else t.hold * t.hold / (2.0 * t.hold - 1.0))
     kicks, known = (half / h - 0.5, 0.5) if t.held > 0.0 else (1.0, 1.0)  # half a kick of the first substep is known
     t.held = h
-    stiff = is_stiff(t, h)
+    stiff = would_swing(t, h)
     t.lag, t.ease = stiff_lag(t, h) if stiff else half - 0.5 * h, 0.5 * h
     q, v, a, x = vector(t.q, t.q_size), vector(t.v, n), vector(t.a, n), vector(t.x, n)
     push, q0, v0 = vector(t.kick_v, n), vector(t.room, t.q_size), vector(t.room + 8 * t.q_size, n)

@@ -223,12 +223,12 @@ def coordinates(world: Arrays, number: int) -> tuple[Array, Array]:
 def write_coordinates(world: Arrays, number: int, q: Array, v: Array) -> None:
     """Set the coordinates and velocities of a tree, and all that follows from them; wakes its bodies."""
     for name, value in (("q", q), ("v", v)):
-        had = numbers(world, number, name)
-        if value.shape != had.shape:
-            raise ValueError(f"{name}: shape {value.shape}; must be {had.shape}")
-        had[:] = value
+        own = numbers(world, number, name)
+        if value.shape != own.shape:
+            raise ValueError(f"{name}: shape {value.shape}; must be {own.shape}")
+        own[:] = value
     tree = world.trees[number]
     tree["stale"] = 1
-    own = world.bodies[int(tree["first"]) : int(tree["first"] + tree["count"])]
-    own["asleep"], own["placed"] = 0, 1
+    bodies = world.bodies[int(tree["first"]) : int(tree["first"] + tree["count"])]
+    bodies["asleep"], bodies["placed"] = 0, 1
     CFUNCTYPE(None, c_uint64)(int(tree["settle"]))(int(tree["bodies"]))
