@@ -92,9 +92,9 @@ def move_world(head, w, state, again):
     run_trees(head, WRITE)
     report_contacts(head, w)
     store_state(head, w, state)
-    for i in range(head.free_count):
-        free.set_clearance(w, free_at(head.frees, i))
     alone = not has_contacts(w) and w.guard_count + head.tree_count + head.mocap_count == 0
+    for i in range(head.free_count):
+        free.set_clearance(w, free_at(head.frees, i), alone)
     for k in range(w.nears if alone else 0):
         free.reduce_clearance(head, w, near_at(w.near, k))
     return MOVED
@@ -123,8 +123,6 @@ def step_world(head):
     if done == STRUCK:
         read_state(w, state[head.row :])
         w.edited = edited
-        for i in range(head.free_count):
-            body_at(w.bodies, 1 + i).touched = 1  # it is read even if it sleeps
         done = move_world(head, w, state, True)
     return done
 

@@ -22,7 +22,6 @@ from contactlaw.world.data.quaternion import conjugate, load4, product, store4, 
 from contactlaw.world.data.records import AGED
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, store, sub
 from contactlaw.world.shapes.geometry import meet_near
-from contactlaw.world.state import has_contacts
 from contactlaw.world.trees.mobility import clear
 
 
@@ -41,14 +40,13 @@ def pose_in(f, coordinates):
     return add(load(q), arm), product(own, f.frame)
 
 
-def set_clearance(w, f):
+def set_clearance(w, f, alone):
     """Set how far a body may move until near pairs must be listed anew; its pairs reduce that, see `reduce_clearance`.
 
-    Only where no contact is in use, and no two shapes have a guard; else the clearance is negative.
+    alone: there are only free bodies, no contact is in use, and no two shapes have a guard; else no way is clear.
     """
     b = body_at(w.bodies, f.body)
     store(f.cleared, load(b.position))
-    alone = not has_contacts(w) and w.guard_count == 0
     f.clearance = b.margin - norm(sub(load(b.position), load(b.listed_position))) if alone else -1.0
 
 
@@ -89,10 +87,7 @@ def stays_clear(head, f):
 
 
 def read_free(head, f):
-    """Read position, velocity and external forces of a body at the start of the step.
-
-    A sleeping body is read only if it is not where it fell asleep; then it wakes.
-    """
+    """Read position, velocity and external forces of a body at the start of the step."""
     w = world_at(head.world, 0)
     b = body_at(w.bodies, f.body)
     q, v = floats(head.start, 1 + f.q, 7), floats(head.start, 1 + head.nq + f.v, 6)
@@ -100,10 +95,7 @@ def read_free(head, f):
     push, moment = outer_force(head, f, own, arm)
     store(b.acceleration, axpy(b.inverse_mass, push, load(head.gravity)))
     store(b.torque, moment)
-    same = same_as_left(head, f)
-    if same and b.asleep != 0 and b.touched == 0:
-        return
-    placed = not (head.known != 0 or same)
+    placed = head.known == 0 and not same_as_left(head, f)
     b.placed = 1 if placed else 0
     if b.oriented != 0:  # the rounding of its flight depends on when its near pairs are predicted
         w.age, w.stale = AGED, max(w.stale, f.unguarded)
