@@ -10,7 +10,7 @@ from typing import Any
 import llvmlite.binding
 import mujoco
 
-from contactlaw.jit import CALLBACKS, INTERPRETED, SOURCE_STAMP, compiling, uncollected
+from contactlaw.jit import CALLBACKS, INTERPRETED, SOURCE_STAMP, compiling
 from contactlaw.mujoco_plugin import config, layout, notices
 from contactlaw.mujoco_plugin.block import HEAD, STARTS, free
 from contactlaw.mujoco_plugin.geoms import FLAT, MAX_NAMES, UNSERVED, first_of, type_of
@@ -82,8 +82,7 @@ def _block_slot(data: int, number: int) -> ctypes.c_size_t:
 
 def _new_block(view: layout.ModelView, number: int) -> int:
     """Make the block of an instance and return its address; zero if it does not lead."""
-    with uncollected():
-        return Model(view).block(_REPORT_ADDRESS) if leads(view, number) else 0
+    return Model(view).block(_REPORT_ADDRESS) if leads(view, number) else 0
 
 
 def _rebuild_block(view: layout.ModelView, data: int) -> str:

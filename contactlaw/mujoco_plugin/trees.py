@@ -218,7 +218,7 @@ def accelerations(head, j, t, velocities, lag):
     clear(v)
     spread_velocity(t)
     gather(head, velocities, j.v, v)
-    t.lag, t.ease, t.unmoved = lag, joint_forces.steps_ahead(head) if lag > 0.0 else 0.0, 1
+    t.lag, t.ease, t.unmoved = lag, joint_forces.steps_ahead(head), 1
     call_on_tree(t.accelerate, t)
     t.lag, t.ease, t.unmoved = 0.0, 0.0, 0
     leave_placed(t)

@@ -128,7 +128,7 @@ class Bodies:
         if not self.flies:
             for one in self.trees:
                 one.read(one.start)
-            if self._read() or not self._sleeps:
+            if self._read():
                 self._begin_step()
             for call, values in self._pushes:
                 call(*values)
@@ -168,7 +168,7 @@ class Bodies:
             self._head["dt"], self._head["gravity"] = self.dt, known[1:]
 
     def _read(self) -> bool:
-        """Read poses and velocities of bodies without joints; return whether one has changed.
+        """Read poses and velocities of bodies without joints; return whether one has changed, or is awake.
 
         Those that have no mass, and have moved, may have got one.
         """
