@@ -43,9 +43,11 @@ HELD = 1e3  # armature of a joint that a motor holds, over the inertia that it c
 TIED = 1e4  # inertia of a constraint over that of what it joins: from 1e5 on a Minitaur that stands jitters at 1/240 s
 
 # lengths are numbers of coordinates (q), of velocities (v) and of constraints (t)
-KEPT = {"left": "q", "force": "v", "push": "v", "last_torque": "v", "limit": "v", "strongest": "v", "left_over": "t"}
-"""What lasts from a step to the next: coordinates as the last step left them; of motors (bases have zeros); the force
-[N] that each constraint can give besides that in the last step of Bullet."""
+KEPT = {"left": "q", "left_v": "v", "true_v": "v", "force": "v", "push": "v", "left_over": "t"}
+KEPT |= {"last_torque": "v", "limit": "v", "strongest": "v"}
+"""What lasts from a step to the next: coordinates and velocities as the last step left them, these also at the time of
+the coordinates; the force [N] that each constraint can give besides that in the last step of Bullet; of motors (bases
+have zeros)."""
 NUMBERS = KEPT | {
     "start_q": "q", "start_v": "v", "after_q": "q", "after_v": "v", "torque": "v",  # as read before and after the step
     "free_acceleration": "v", "matrix": "vv",  # by the forces known at the start of the step; mass matrix there
@@ -82,6 +84,7 @@ def take_start(block):
             body_at(t.bodies, i).pressed = 0
         clear(vector(own.force, t.v_size))
         clear(vector(own.push, t.v_size))
+        vector(own.left_v, t.v_size)[0] = inf
     if own.tie_count > 0:
         clear(vector(t.e, t.v_size * t.v_size))
         t.coupled = 0
@@ -213,10 +216,12 @@ def take_response(block, dt):
     add_product(m, gained, 1.0, force)
     put_at_start(own, t)
     if not is_pressed(t):
-        v = vector(own.new_v, t.v_size)
+        v, left, off, most = vector(own.new_v, t.v_size), vector(own.left_v, t.v_size), 0.0, 0.0
         for k in range(t.v_size):
+            most = max(most, abs(before[k]))
+            off = max(off, abs(before[k] - left[k]))
             v[k] = before[k] + 0.5 * dt * vector(own.free_acceleration, t.v_size)[k]
-        put(t, own.start_q, own.new_v)
+        put(t, own.start_q, own.true_v if off <= EXACT * most else own.new_v)
 
 
 def armature_of(own, motor, inertia, sizes, dt):
@@ -239,6 +244,14 @@ def armature_of(own, motor, inertia, sizes, dt):
     return min(HELD * inertia, dt * strongest[motor] / speed) if speed > 0.0 else HELD * inertia
 
 
+def flies(own, t):
+    """Return whether neither motors nor constraints hold any joint of a tree, so that it flies as in the world."""
+    held = own.tie_count > 0
+    for k in range(t.v_size):
+        held = held or axis_at(t.axes, k).armature > 0.0
+    return not held
+
+
 def find_end(block, world, dt):
     """After the world's step: find what is to be written, if a contact has touched the tree, or see `near.passing`.
 
@@ -255,7 +268,9 @@ def find_end(block, world, dt):
     for k in range(t.v_size):
         touched = touched or push[k] != 0.0  # Bullet's step has it, though the contact may be no more
     clear(push)
-    if not touched:
+    true, left_v = vector(own.true_v, t.v_size), vector(own.left_v, t.v_size)
+    left_v[0] = inf
+    if not (touched or flies(own, t)):
         put(t, own.after_q, own.after_v)
         if not overlaps(w, t.first, t.count):
             copy(vector(own.after_q, t.q_size), left)
@@ -263,8 +278,12 @@ def find_end(block, world, dt):
         put(t, own.new_q, own.new_v)
     copy(vector(own.new_q, t.q_size), left)
     if not is_pressed(t):
+        copy(v, true)
+        clear(vector(t.f, t.v_size))
+        put(t, own.new_q, own.true_v)
         for k in range(t.v_size):
             v[k] -= 0.5 * dt * vector(t.a, t.v_size)[k]
+        copy(v, left_v)
         return True
     gained = vector(own.gained, t.v_size)
     copy(v, gained)
