@@ -1,7 +1,9 @@
 """Steps of bodies with joints in PyBullet: from what is read of a tree to what is written back, in compiled code.
 
-As for free bodies (`rows`), Bullet's velocity belongs to half a step before its position: v + dt/2 a is read, and
-written back likewise, except where a contact is closed. With M(q) a + c(q, v) = f, the force on the joints besides
+As for free bodies (`rows`), Bullet's velocity belongs to half a step before its position: v + dt/2 a is read, unless v
+is as the last step left it, and what is written back is half a step before, except where a contact is closed; for this
+a is that of the model alone, as limits act on Bullet's velocities at once. A tree that nothing holds flies as in the
+world, contacts or none: Bullet's centrifugal and gyroscopic forces are explicit, and chains run away by them. With M(q) a + c(q, v) = f, the force on the joints besides
 gravity and contacts is f = M (a - a0), where a0 is the acceleration of the model alone and a that of Bullet: of the
 step that Bullet has taken, or, before it steps, of the last one. If contacts change the velocities by u dt, they are
 applied as the generalised force M u: on joints by torque control, which adds to that of the user, and on a free base by
@@ -245,7 +247,7 @@ def armature_of(own, motor, inertia, sizes, dt):
 
 
 def flies(own, t):
-    """Return whether neither motors nor constraints hold any joint of a tree, so that it flies as in the world."""
+    """Return whether a tree flies as in the world: neither motors nor constraints hold any of its joints."""
     held = own.tie_count > 0
     for k in range(t.v_size):
         held = held or axis_at(t.axes, k).armature > 0.0
@@ -268,7 +270,7 @@ def find_end(block, world, dt):
     for k in range(t.v_size):
         touched = touched or push[k] != 0.0  # Bullet's step has it, though the contact may be no more
     clear(push)
-    true, left_v = vector(own.true_v, t.v_size), vector(own.left_v, t.v_size)
+    left_v = vector(own.left_v, t.v_size)
     left_v[0] = inf
     if not (touched or flies(own, t)):
         put(t, own.after_q, own.after_v)
@@ -278,7 +280,7 @@ def find_end(block, world, dt):
         put(t, own.new_q, own.new_v)
     copy(vector(own.new_q, t.q_size), left)
     if not is_pressed(t):
-        copy(v, true)
+        copy(v, vector(own.true_v, t.v_size))
         clear(vector(t.f, t.v_size))
         put(t, own.new_q, own.true_v)
         for k in range(t.v_size):
