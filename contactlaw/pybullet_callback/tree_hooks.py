@@ -3,11 +3,11 @@
 As for free bodies (`rows`), Bullet's velocity belongs to half a step before its position: v + dt/2 a is read, unless v
 is as the last step left it, and what is written back is half a step before, except where a contact is closed; for this
 a is that of the model alone, as limits act on Bullet's velocities at once. A tree that nothing holds flies as in the
-world, contacts or none: Bullet's centrifugal and gyroscopic forces are explicit, and chains run away by them. With M(q) a + c(q, v) = f, the force on the joints besides
-gravity and contacts is f = M (a - a0), where a0 is the acceleration of the model alone and a that of Bullet: of the
-step that Bullet has taken, or, before it steps, of the last one. If contacts change the velocities by u dt, they are
-applied as the generalised force M u: on joints by torque control, which adds to that of the user, and on a free base by
-a force and a couple.
+world, contacts or none: Bullet's centrifugal and gyroscopic forces are explicit, and chains run away by them. With M(q)
+a + c(q, v) = f, the force on the joints besides gravity and contacts is f = M (a - a0), where a0 is the acceleration of
+the model alone and a that of Bullet: of the step that Bullet has taken, or, before it steps, of the last one. If
+contacts change the velocities by u dt, they are applied as the generalised force M u: on joints by torque control,
+which adds to that of the user, and on a free base by a force and a couple.
 
 A motor of PyBullet is a constraint: it keeps the speed of its joint with up to its greatest force. In a contact within
 a step such a joint is given an armature that is heavy against what it carries. (A constant force instead would come a

@@ -96,6 +96,36 @@ def paddle(client: int, base_mass: float = 0.0) -> int:
     return body
 
 
+def arm(client: int, base_mass: float, joints: tuple[str, ...], place: Any = (0, 0, 1)) -> int:
+    """Bodies in a row with inertial frames that are off and turned, at coordinates that are not zero."""
+    lump, turned = shape(client, p.GEOM_SPHERE, radius=0.1), p.getQuaternionFromEuler([0.5, -0.4, 0.8])
+    kinds, n = [getattr(p, f"JOINT_{joint}") for joint in joints], len(joints)
+    body = p.createMultiBody(
+        base_mass, lump, -1, list(place), p.getQuaternionFromEuler([0.1, 0.2, 0.3]), [0.01, 0.02, 0.03], turned,
+        linkMasses=[1.0, 0.5, 0.7][:n], linkCollisionShapeIndices=[lump] * n, linkVisualShapeIndices=[-1] * n,
+        linkPositions=[[0.2, 0, 0], [0, 0.3, 0], [0.1, 0.1, 0.2]][:n], linkOrientations=[turned] * n,
+        linkInertialFramePositions=[[0.05, 0.02, 0.01], [0.1, 0, 0], [0, 0.04, 0]][:n],
+        linkInertialFrameOrientations=[turned] * n, linkParentIndices=list(range(n)), linkJointTypes=kinds,
+        linkJointAxis=[[0, 1, 0], [0, 0, 1], [1, 0, 0]][:n], physicsClientId=client,
+    )  # fmt: skip
+    for link in range(-1, n):
+        p.changeDynamics(body, link, localInertiaDiagonal=[0.01, 0.02, 0.025], physicsClientId=client, **FREE)
+    turn = p.getQuaternionFromEuler([0.3, 0.2, -0.5])
+    for link, kind in enumerate(kinds):
+        if kind in (p.JOINT_REVOLUTE, p.JOINT_PRISMATIC):
+            p.resetJointState(body, link, 0.3, 0.6, physicsClientId=client)
+            p.setJointMotorControl2(body, link, p.VELOCITY_CONTROL, force=0, physicsClientId=client)
+        elif kind == p.JOINT_SPHERICAL:
+            p.resetJointStateMultiDof(body, link, turn, [0.4, -0.3, 0.5], physicsClientId=client)
+            p.setJointMotorControlMultiDof(
+                body, link, p.POSITION_CONTROL, targetPosition=[0, 0, 0, 1], force=[0, 0, 0], positionGain=0,
+                velocityGain=0, physicsClientId=client,
+            )  # fmt: skip
+    if base_mass > 0.0:
+        p.resetBaseVelocity(body, [0.3, -0.2, 0.1], [0.5, 0.4, -0.6], physicsClientId=client)
+    return body
+
+
 def ball_on_plane(
     client: int, dt: float, place: ArrayLike, velocity: ArrayLike = (0, 0, 0), **changes: Any
 ) -> tuple[int, ContactCallback, int]:
