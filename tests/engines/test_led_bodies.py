@@ -71,6 +71,47 @@ def test_a_lift_takes_up_what_sleeps_on_it_and_a_turntable_turns_it():
     assert 2.0 * np.arctan2(data.qpos[6], data.qpos[3]) == pytest.approx(angle, abs=1e-4)
 
 
+@pytest.mark.parametrize("engine", ["MuJoCo, a plane", "MuJoCo, a height field", "PyBullet"])
+def test_a_ball_rolls_in_circles_on_a_plane_that_turns(client, engine):
+    """At 2/7 of its rate (closed form of a solid ball); what has no end turns at once, as what has one does."""
+    rate, radius, step, start, speed = 3.0, 0.02, 2e-3, 0.1, 0.05
+    spin = (rate * start - speed) / radius  # with the plane's velocity where they touch
+    if engine == "PyBullet":
+        p.setGravity(0, 0, -9.81, client)
+        p.setTimeStep(step, client)
+        table = p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
+        ball = p.createMultiBody(
+            0.1, p.createCollisionShape(p.GEOM_SPHERE, radius=radius), basePosition=[start, 0, radius]
+        )
+        p.changeDynamics(ball, -1, linearDamping=0, angularDamping=0, maxJointVelocity=1e6)
+        p.resetBaseVelocity(ball, [0, speed, 0], [spin, 0, 0])
+        contact = ContactCallback(client)
+        contact.add_contact(ball, table, SOFT)
+    else:
+        flat = 'type="plane"' if "plane" in engine else 'type="hfield" hfield="flat"'
+        model = load_model(
+            f"""<mujoco><option timestep="{step}"/><asset><hfield name="flat" nrow="3" ncol="3" size="1 1 1 1"/>
+            </asset><worldbody><body name="table" mocap="true"><geom name="table" size="1 1 1" {flat}/></body>
+            <body pos="{start} 0 {radius}"><freejoint/><geom name="ball" size="{radius}" mass=".1"/></body>
+            </worldbody></mujoco>""",
+            [("ball", "table", SOFT)],
+        )
+        data = mujoco.MjData(model)
+        data.qvel[1], data.qvel[3] = speed, spin
+    for number in range(1000):
+        half = 0.5 * rate * step * (number + 1)
+        if engine == "PyBullet":
+            p.resetBasePositionAndOrientation(table, [0, 0, 0], [0, 0, np.sin(half), np.cos(half)], client)
+            contact.step()
+        else:
+            data.mocap_quat[0] = np.cos(half), 0.0, 0.0, np.sin(half)
+            mujoco.mj_step(model, data)
+    place = p.getBasePositionAndOrientation(ball, client)[0][:2] if engine == "PyBullet" else data.qpos[:2]
+    slow = 2.0 / 7.0 * rate
+    turned, arm = slow * step * 1000, speed / slow
+    assert place == pytest.approx([start + arm * (np.cos(turned) - 1.0), arm * np.sin(turned)], abs=1e-3 * arm)
+
+
 def test_what_a_wall_is_put_across_in_one_step_is_left_alone():
     """20 cm in 2 ms are no motion; nor is a wall that is put into a ball one that strikes it."""
     for place in (0.2, 0.02):

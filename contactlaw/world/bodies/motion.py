@@ -18,6 +18,7 @@ EXACT = 1e-31  # squared relative error of a spin at which the iteration ends
 # [m/s]: a body whose speed would change by more in a step, and by more than its present speed, has jumped: robot arms
 # and belts start with less, 10 mm in 2 ms is no motion. Also the limit of `touch.initial_overlap_limit`
 JUMP = 5.0
+PLANE_REACH = 1.0  # [m] from the centre, at which a plane, which has no end, has the speed by which it jumps
 
 
 def fly(b, until):
@@ -329,9 +330,10 @@ def move_kinematic(w, b, place, turn, h):
     """
     twist = rotation_vector(product(turn, conjugate(load4(b.quaternion))))
     velocity, spin = scale(1.0 / h, sub(place, load(b.position))), scale(1.0 / h, twist)
-    change = norm(sub(velocity, load(b.velocity))) + b.reach * norm(sub(spin, load(b.spin)))
+    reach = min(b.reach, PLANE_REACH)
+    change = norm(sub(velocity, load(b.velocity))) + reach * norm(sub(spin, load(b.spin)))
     b.placed = 0
-    if not change <= max(norm(load(b.velocity)) + b.reach * norm(load(b.spin)), JUMP):
+    if not change <= max(norm(load(b.velocity)) + reach * norm(load(b.spin)), JUMP):
         store(b.position, place)
         store4(b.quaternion, turn)
         b.placed, w.stale = 1, 1
