@@ -316,3 +316,21 @@ def test_a_tree_that_swings_on_a_sled_converges_by_the_second_order_of_the_step(
     errors = [float(np.abs(end(timestep) - exact).max()) for timestep in (2e-3, 4e-3, 8e-3)]
     assert errors[0] < 4e-4  # [rad]
     assert errors[1] / errors[0] == pytest.approx(4.0, rel=0.15) == errors[2] / errors[1]
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("timestep", [1e-3, 4e-3])
+def test_a_swing_that_carries_a_box_keeps_its_energy(timestep: float) -> None:
+    """A compound pendulum of 0.5 rad: its rate where it is after 2 s, by the energy that it had at rest."""
+    world, angle, half, swing, mass = World(timestep=timestep), 0.5, 0.03, 0.3, 0.5
+    seat = Part(1.0, 0.01, [Joint("hinge", (0.0, 0.0, swing), (0.0, -1.0, 0.0))], position=(0.0, 0.0, -swing))
+    _, (body,) = world.add_tree(Tree([seat]), [angle])
+    arm, inertia = swing - 0.01 - half, mass * half**2 * 2.0 / 3.0
+    place, turned = (arm * np.sin(angle), 0.0, -arm * np.cos(angle)), (np.cos(angle / 2), 0.0, -np.sin(angle / 2), 0.0)
+    box = world.add_box(world.add_body(mass, inertia, place, quaternion=turned), [half] * 3)
+    world.add_contact(box, world.add_box(body, (0.15, 0.1, 0.01)), steel_pair(1.5, 0.3))
+    world.step(round(2.0 / timestep))
+    (now,), (rate,) = world.tree(0)
+    gained = 9.81 * (swing + mass * arm) * (np.cos(now) - np.cos(angle))
+    kinetic = 0.5 * (0.01 + swing**2 + inertia + mass * arm**2) * rate**2
+    assert kinetic == pytest.approx(gained, rel=3e-4)

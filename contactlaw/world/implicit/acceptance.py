@@ -21,6 +21,7 @@ MAX_WHIRL = 0.01  # [rad] by which the deepest point of a disc may run round its
 ENERGY_GAIN = 1e-6  # of an island's energy: what rounding and the error of a second-order step may add
 MANY, WORTH = 128, 16.0  # unknowns from which substeps are cheaper, unless a step has so many `resting_duration`
 LARGEST_TURN = 0.1  # [rad] of a body with shapes off its centre in an implicit step
+LEAST_TURN = 1e-5  # [rad] of a body in contact in a step, from which islands with trees take two stages
 
 
 def is_persistent(w, bodies, pairs):
@@ -116,12 +117,13 @@ def whirls(s, a, n, spin, time):
 def motion_of(w, bodies, pairs):
     """Return how many stages an island takes, and whether it is steady and slides at the start of the step.
 
-    One stage: it has a tree, whose velocities have not followed forces as two stages need it (`TREE.followed`), and no
-    contact slides as a whole by more than its springs yield. Steady: no contact moves along its normal, nor do its
-    bodies (after an implicit step, a contact knows the mean speed in that step only), so its force hardly changes;
-    never with trees, where actuators and joints make the forces at the start a bad first guess. Slides: it is steady,
-    and all closed contacts slide as a whole, against friction, and are those of balls and corners: on sides, edges and
-    rims a contact runs along with tilt, which Newton's matrix hardly knows.
+    One stage: it has a tree, whose velocities have not followed forces as two stages need it (`TREE.followed`), no
+    contact slides as a whole by more than its springs yield, and no body turns: the load of what is carried round has
+    the direction of a stage's end, and one stage would take some (omega h)^2 of its energy. Steady: no contact moves
+    along its normal, nor do its bodies (after an implicit step, a contact knows the mean speed in that step only), so
+    its force hardly changes; never with trees, where actuators and joints make the forces at the start a bad first
+    guess. Slides: it is steady, and all closed contacts slide as a whole, against friction, and are those of balls and
+    corners: on sides, edges and rims a contact runs along with tilt, which Newton's matrix hardly knows.
     """
     jointed, twice = False, False
     for i in range(bodies):
@@ -140,7 +142,8 @@ def motion_of(w, bodies, pairs):
             runs = shape_at(w.shapes, c.shape_a).kind >= SEGMENT
             slides = slides and slipping and c.touch.friction != 0.0 and not runs
             way = w.step * norm(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)))
-            twice = twice or (slipping and way > force.slide_to_slip(c.touch))
+            turn = w.step * max(norm(load(a.spin)), norm(load(b.spin)))
+            twice = twice or turn > LEAST_TURN or (slipping and way > force.slide_to_slip(c.touch))
     return 1 if jointed and not twice else 2, steady, steady and slides
 
 

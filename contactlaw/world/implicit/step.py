@@ -14,8 +14,9 @@ In trees the second stage has the mass matrix, springs, gravity and centripetal 
 take the tree, V the velocities of the first stage. A vibration of rate omega then keeps its energy: if V has a share c
 of the acceleration times h, the map from the start to the end of the step has the determinant
 1 + (omega h)^4 ((1 - 2 g)/4 - c (1 - g)/2), and c = g = b/h makes it 1. Forces of the start would add (omega h)^2/2 of
-the energy in a step. One stage b = h keeps it too; it takes half the time, and serves unless a contact slides. Springs
-with omega h > 2, for which both are unstable, act by where they are at the end of a stage, as limits do, and decay.
+the energy in a step. One stage b = h keeps it too; it takes half the time, and serves unless a contact slides or turns.
+Springs with omega h > 2, for which both are unstable, act by where they are at the end of a stage, as limits do, and
+decay.
 """
 
 from math import isfinite, sqrt
