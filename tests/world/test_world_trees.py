@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from contactlaw import ContactPair, Material
 from contactlaw.world import World
 from tests.world.chains import Chain, Link
 from tests.world.jointed_scenes import TIP, arm_over_floor, pendulum, pendulum_between_walls
@@ -134,3 +135,23 @@ def test_two_bodies_of_a_tree_may_touch_each_other() -> None:
     world.step(500)
     assert world.arrays.world["kicks"][0] > 200
     assert world.energy.total == pytest.approx(energy, rel=5e-5)
+
+
+@pytest.mark.heavy
+def test_an_arm_on_a_turntable_lands_alike_however_fast_that_turns() -> None:
+    """The centre of mass is on the axis. At 3.4 rad a step a turntable needs ten substeps of a step, and no more."""
+    soft = ContactPair(Material(2e5, 0.45), Material(2e5, 0.45), 0.0, 0.5)
+    heights, kicks = [], []
+    for rate in (0.0, 1700.0):
+        world = World(timestep=2e-3)
+        arm = Link(0.1, 4e-4, (-1.0, 0.0, 0.0), anchor=(-1.0, 0.0, 0.0))
+        _, bodies = world.add_tree(Chain([Link(1.0, 1e-2, axis=(0.0, 0.0, 1.0)), arm]), None, [rate, 0.0])
+        floor = world.add_plane(None, (0.0, 0.0, -0.0205), (0.0, 0.0, 1.0))
+        world.add_contact(world.add_sphere(bodies[1], 0.02, (0.0, 0.0, 0.0)), floor, soft)
+        heights.append([])
+        for _ in range(100):
+            world.step()
+            heights[-1].append(world.position[bodies[1], 2])
+        kicks.append(world.arrays.world["kicks"][0])
+    np.testing.assert_allclose(heights[1], heights[0], atol=2e-5)
+    assert kicks[1] < 11 * 100

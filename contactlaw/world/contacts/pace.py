@@ -15,7 +15,7 @@ from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, sub
 from contactlaw.world.shapes.curvature import effective_radius, has_known_radius
 from contactlaw.world.shapes.geometry import meet_near
-from contactlaw.world.trees.motion import SUBSTEP_TURN
+from contactlaw.world.trees.motion import longest_turn
 
 FEWER = 4.0  # by which the substeps of a quasi-static contact are divided
 STEADY = 1e-2  # `share` of `force.is_quasi_static` below which substeps need only be stable
@@ -174,12 +174,12 @@ def longest_substep(w, c, a, b, substeps, alone=False):
         longest = min(longest, sqrt(ALIKE / together) / STABLE)
     rate = swing(a) + (swing(b) if b.tree != a.tree else 0.0)
     longest = longest if rate * longest <= 1.0 else max(1.0 / rate, longest / MAX_SHORTENING)
-    return min(longest, SUBSTEP_TURN / max(change_rate(a), change_rate(b), 1e-9))
+    return min(longest, min(turn_time(a), turn_time(b)))
 
 
-def change_rate(b):
-    """Return the rate [rad/s] at which the motion of a tree changes, see `records.TREE`; zero for a single body."""
-    return tree_at(b.tree, 0).change_rate if is_jointed(b) else 0.0
+def turn_time(b):
+    """Return the longest substep [s] in which the tree of a body turns little enough; NEVER for a single body."""
+    return longest_turn(tree_at(b.tree, 0)) / max(tree_at(b.tree, 0).change_rate, 1e-9) if is_jointed(b) else NEVER
 
 
 def substeps_per_impact(w, p, few):
