@@ -2,12 +2,12 @@
 
 As for free bodies (`rows`), Bullet's velocity belongs to half a step before its position: v + dt/2 a is read, unless v
 is as the last step left it, and what is written back is half a step before, except where a contact is closed; for this
-a is that of the model alone, as limits act on Bullet's velocities at once. A tree that nothing holds flies as in the
-world, contacts or none: Bullet's centrifugal and gyroscopic forces are explicit, and chains run away by them. With M(q)
-a + c(q, v) = f, the force on the joints besides gravity and contacts is f = M (a - a0), where a0 is the acceleration of
-the model alone and a that of Bullet: of the step that Bullet has taken, or, before it steps, of the last one. If
-contacts change the velocities by u dt, they are applied as the generalised force M u: on joints by torque control,
-which adds to that of the user, and on a free base by a force and a couple.
+a is that of the model alone, as limits act on Bullet's velocities at once. A tree on which hardly more than gravity
+acts flies as in the world: Bullet's centrifugal and gyroscopic forces are explicit, and chains run away by them. With
+M(q) a + c(q, v) = f, the force on the joints besides gravity and contacts is f = M (a - a0), where a0 is the
+acceleration of the model alone and a that of Bullet: of the step that Bullet has taken, or, before it steps, of the
+last one. If contacts change the velocities by u dt, they are applied as the generalised force M u: on joints by torque
+control, which adds to that of the user, and on a free base by a force and a couple.
 
 A motor of PyBullet is a constraint: it keeps the speed of its joint with up to its greatest force. In a contact within
 a step such a joint is given an armature that is heavy against what it carries. (A constant force instead would come a
@@ -39,6 +39,7 @@ from contactlaw.world.trees import dynamics
 from contactlaw.world.trees.kinematics import is_free, is_pressed, vector
 from contactlaw.world.trees.mobility import clear, copy
 
+SLIGHT = 1e-3  # of the momenta along an axis: change in a step up to which a force, as of damping, is slight
 EXACT = 1e-9  # relative difference of a coordinate that counts as rounding
 CARRIES = 0.01  # a motor holds its joint if less than this share of its torque accelerates the inertia that it carries
 HELD = 1e3  # armature of a joint that a motor holds, over the inertia that it carries
@@ -246,12 +247,19 @@ def armature_of(own, motor, inertia, sizes, dt):
     return min(HELD * inertia, dt * strongest[motor] / speed) if speed > 0.0 else HELD * inertia
 
 
-def flies(own, t):
-    """Return whether a tree flies as in the world: neither motors nor constraints hold any of its joints."""
-    held = own.tie_count > 0
+def flies(own, t, dt):
+    """Return whether a tree flies as known: gravity and slight forces act, and neither motors nor constraints hold it.
+
+    Others may be impulses within Bullet's step, as of its own contacts and of limits, which have no half step.
+    """
+    m, force = vector(own.matrix, (t.v_size, t.v_size)), vector(own.force, t.v_size)
+    before, after, alone = vector(own.start_v, t.v_size), vector(own.after_v, t.v_size), own.tie_count == 0
     for k in range(t.v_size):
-        held = held or axis_at(t.axes, k).armature > 0.0
-    return not held
+        size = 0.0
+        for i in range(t.v_size):
+            size += abs(m[k, i]) * (abs(before[i]) + abs(after[i]))
+        alone = alone and axis_at(t.axes, k).armature == 0.0 and abs(force[k]) * dt <= SLIGHT * size
+    return alone
 
 
 def find_end(block, world, dt):
@@ -272,7 +280,7 @@ def find_end(block, world, dt):
     clear(push)
     left_v = vector(own.left_v, t.v_size)
     left_v[0] = inf
-    if not (touched or flies(own, t)):
+    if not (touched or flies(own, t, dt)):
         put(t, own.after_q, own.after_v)
         if not overlaps(w, t.first, t.count):
             copy(vector(own.after_q, t.q_size), left)
