@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
 from mujoco_scenes import mujoco
 
@@ -57,25 +55,13 @@ def test_balls_in_mujoco_side_by_side_fall_alike() -> None:
     assert data.qvel[2] == data.qvel[8] == data.qvel[14] == pytest.approx(-10 * GRAVITY * 0.005, rel=1e-12)
 
 
-@pytest.fixture
-def client() -> Iterator[int]:
-    p = pytest.importorskip("pybullet")
-    number = p.connect(p.DIRECT)
-    p.setGravity(0.0, 0.0, -GRAVITY, number)
-    yield number
-    p.disconnect(number)
-
-
 @pytest.mark.parametrize("timestep", [0.0005, 0.005])
 def test_a_ball_in_pybullet(client: int, timestep: float) -> None:
-    from pybullet_scenes import ContactCallback, ball, p, plane
+    from pybullet_scenes import ball, in_contact, plane, step
 
-    p.setTimeStep(timestep, client)
-    one, floor = ball(client, (0.0, 0.0, RADIUS), radius=RADIUS, mass=MASS), plane(client)
-    callback = ContactCallback(client)
-    handle = callback.add_contact(one, floor, PAIR)
-    for _ in range(round(0.1 / timestep)):
-        callback.step()
+    one = ball(client, (0.0, 0.0, RADIUS), radius=RADIUS, mass=MASS)
+    callback, handle = in_contact(client, one, plane(client), PAIR, dt=timestep, gravity=GRAVITY)
+    step(callback, round(0.1 / timestep))
     found = callback.ledger(handle)
     assert found.impacts == 1
     assert found.greatest_overlap == pytest.approx(DEEPEST, rel=3e-3)
