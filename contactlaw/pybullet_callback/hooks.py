@@ -75,7 +75,7 @@ def read_bodies(head, w):
             continue
         r.placed = 0 if r.mass == 0.0 or norm(sub(x, load(r.left.position))) <= rows.EXACT * norm(x) else 1
         placed |= r.placed
-        b.pressed = 0 if r.mass == 0.0 or r.placed != 0 else b.pressed
+        b.pressed = 0 if r.mass == 0.0 else max(b.pressed, r.placed)  # placed: `find_pressed` needs its true velocity
         rows.set_body(r, b, head.dt)
     return rows.PLACED if placed != 0 else 0
 
@@ -182,19 +182,11 @@ def find_pressed(block):
     """Find which bodies are pressed where the user has put bodies: these have their true velocities in PyBullet."""
     head = rows.head_at(block, 0)
     w = world_at(head.world, 0)
-    for k in range(head.singles):  # what is laid on something is found by its velocity as it was put
-        if rows.row_at(head.rows, k).placed != 0:
-            body_at(w.bodies, k + 1).pressed = 1
-    set_placed(head, w)
     call_step(address(w, STEP), w, head.dt, FIND_PRESSED)
-    set_placed(head, w)
-
-
-def set_placed(head, w):
-    """Put bodies of the world where the user has put them."""
     for k in range(head.singles):
-        if rows.row_at(head.rows, k).placed != 0:
-            rows.set_body(rows.row_at(head.rows, k), body_at(w.bodies, k + 1), head.dt)
+        r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
+        if r.placed != 0:
+            rows.set_body(r, b, head.dt)
 
 
 def select_pushed(block):

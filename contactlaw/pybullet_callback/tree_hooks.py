@@ -278,9 +278,9 @@ def find_end(block, world, dt):
     for k in range(t.v_size):
         touched = touched or push[k] != 0.0  # Bullet's step has it, though the contact may be no more
     clear(push)
-    left_v = vector(own.left_v, t.v_size)
+    left_v, alone = vector(own.left_v, t.v_size), flies(own, t, dt)
     left_v[0] = inf
-    if not (touched or flies(own, t, dt)):
+    if not (touched or alone):
         put(t, own.after_q, own.after_v)
         if not overlaps(w, t.first, t.count):
             copy(vector(own.after_q, t.q_size), left)
@@ -289,8 +289,9 @@ def find_end(block, world, dt):
     copy(vector(own.new_q, t.q_size), left)
     if not is_pressed(t):
         copy(v, vector(own.true_v, t.v_size))
-        clear(vector(t.f, t.v_size))
-        put(t, own.new_q, own.true_v)
+        if alone:
+            clear(vector(t.f, t.v_size))
+            put(t, own.new_q, own.true_v)
         for k in range(t.v_size):
             v[k] -= 0.5 * dt * vector(t.a, t.v_size)[k]
         copy(v, left_v)

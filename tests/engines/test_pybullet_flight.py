@@ -210,3 +210,26 @@ def test_what_lies_on_bullets_own_ground_is_at_rest(client: int) -> None:
     callback.add_contact(far, chain, pair_of(radius=0.1))
     step(callback, 1200)
     assert np.linalg.norm(velocities(client, chain)[0]) < 2e-3
+
+
+def test_a_ball_that_strikes_what_lies_on_bullets_own_ground_does_not_lift_it(client: int) -> None:
+    """The ground's push on it is an impulse of Bullet's step, as of gravity alone it would rise by 20 mm/s; the ball
+    has the momentum for 9 mm/s."""
+    p.setTimeStep(1 / 240, client)
+    plane(client)
+    sled = p.createMultiBody(
+        5.0, shape(client, p.GEOM_BOX, halfExtents=[0.2, 0.2, 0.1]), -1, [0, 0, 0.1], linkMasses=[0.5],
+        linkCollisionShapeIndices=[-1], linkVisualShapeIndices=[-1], linkPositions=[[0.3, 0, 0]],
+        linkOrientations=[[0, 0, 0, 1]], linkInertialFramePositions=[[0, 0, -0.05]],
+        linkInertialFrameOrientations=[[0, 0, 0, 1]], linkParentIndices=[0], linkJointTypes=[p.JOINT_REVOLUTE],
+        linkJointAxis=[[0, 1, 0]], physicsClientId=client,
+    )  # fmt: skip
+    p.changeDynamics(sled, 0, jointDamping=0.05, physicsClientId=client)
+    p.setJointMotorControl2(sled, 0, p.VELOCITY_CONTROL, force=0, physicsClientId=client)
+    hits = ball(client, [0, 0, 0.4], radius=0.02, mass=0.01)
+    callback, handle = in_contact(client, hits, sled, pair_of(restitution=0.8, radius=0.02), gravity=9.81)
+    step(callback, 20)
+    for _ in range(200):
+        step(callback)
+        assert abs(velocities(client, sled)[0][2]) < 0.01
+    assert callback.ledger(handle).impacts >= 3
