@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mujoco_scenes import mujoco
-from pybullet_scenes import p, paddle, plane
+from pybullet_scenes import ball, p, paddle, plane, shape
 
 from contactlaw import ContactPair
 from contactlaw.mujoco_plugin import load_model
@@ -39,16 +39,15 @@ def test_a_ball_leaves_a_wall_that_comes_at_twice_its_speed(integrator, step, sp
 @pytest.mark.parametrize(("step", "speed"), [(1e-3, 0.3), (1 / 240, 0.03), (1 / 240, 3.0), (1 / 60, 0.3)])
 def test_the_same_in_pybullet(client, step, speed):
     p.setTimeStep(step, client)
-    wall = p.createMultiBody(0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.05, 0.5, 0.5]))
-    ball = p.createMultiBody(1, p.createCollisionShape(p.GEOM_SPHERE, radius=0.05))
-    p.changeDynamics(ball, -1, linearDamping=0, angularDamping=0)
+    wall = p.createMultiBody(0, shape(client, p.GEOM_BOX, halfExtents=[0.05, 0.5, 0.5]), physicsClientId=client)
+    thing = ball(client, [0, 0, 0], radius=0.05, mass=1.0)
     contact, place = ContactCallback(client), -0.2
-    contact.add_contact(ball, wall, ELASTIC)
+    contact.add_contact(thing, wall, ELASTIC)
     for number in range(round(0.35 / speed / step)):
         place += speed * step * min(1.0, number / SETS_OUT)
         p.resetBasePositionAndOrientation(wall, [place, 0, 0], [0, 0, 0, 1], client)
         contact.step()
-    assert p.getBaseVelocity(ball, client)[0] == pytest.approx([2.0 * speed, 0.0, 0.0], abs=1e-6 * speed)
+    assert p.getBaseVelocity(thing, client)[0] == pytest.approx([2.0 * speed, 0.0, 0.0], abs=1e-6 * speed)
 
 
 def test_a_lift_takes_up_what_sleeps_on_it_and_a_turntable_turns_it():
@@ -79,14 +78,10 @@ def test_a_ball_rolls_in_circles_on_a_plane_that_turns(client, engine):
     if engine == "PyBullet":
         p.setGravity(0, 0, -9.81, client)
         p.setTimeStep(step, client)
-        table = p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
-        ball = p.createMultiBody(
-            0.1, p.createCollisionShape(p.GEOM_SPHERE, radius=radius), basePosition=[start, 0, radius]
-        )
-        p.changeDynamics(ball, -1, linearDamping=0, angularDamping=0, maxJointVelocity=1e6)
-        p.resetBaseVelocity(ball, [0, speed, 0], [spin, 0, 0])
+        table = plane(client)
+        thing = ball(client, [start, 0, radius], [0, speed, 0], [spin, 0, 0], radius=radius, mass=0.1)
         contact = ContactCallback(client)
-        contact.add_contact(ball, table, SOFT)
+        contact.add_contact(thing, table, SOFT)
     else:
         flat = 'type="plane"' if "plane" in engine else 'type="hfield" hfield="flat"'
         model = load_model(
@@ -106,7 +101,7 @@ def test_a_ball_rolls_in_circles_on_a_plane_that_turns(client, engine):
         else:
             data.mocap_quat[0] = np.cos(half), 0.0, 0.0, np.sin(half)
             mujoco.mj_step(model, data)
-    place = p.getBasePositionAndOrientation(ball, client)[0][:2] if engine == "PyBullet" else data.qpos[:2]
+    place = p.getBasePositionAndOrientation(thing, client)[0][:2] if engine == "PyBullet" else data.qpos[:2]
     slow = 2.0 / 7.0 * rate
     turned, arm = slow * step * 1000, speed / slow
     assert place == pytest.approx([start + arm * (np.cos(turned) - 1.0), arm * np.sin(turned)], abs=1e-3 * arm)
