@@ -13,17 +13,8 @@ import numpy as np
 import pybullet as p
 
 from contactlaw.pair import ContactWarning
+from contactlaw.pybullet_callback import tree_hooks
 from contactlaw.pybullet_callback.shapes import BASE, KINDS, MULTIBODY, Key, can_move, joints_of, pose_of, turned
-from contactlaw.pybullet_callback.tree_hooks import (
-    EXACT,
-    KEPT,
-    NUMBERS,
-    OWN,
-    TIE,
-    find_end,
-    take_response,
-    take_start,
-)
 from contactlaw.world import World
 from contactlaw.world.data.frames import CONJUGATE, IDENTITY, UNTURNED, Pose
 from contactlaw.world.data.records import BALL, Array, Arrays
@@ -67,7 +58,7 @@ class Tie(NamedTuple):
         """Return its greatest force [N] less that of the last step; 0 if it gave all."""
         most = p.getConstraintInfo(self.number, client)[10]
         left = most - max(map(abs, p.getConstraintState(self.number, client)))
-        return left if left > EXACT * most else 0.0
+        return left if left > tree_hooks.EXACT * most else 0.0
 
 
 class Tree:
@@ -103,16 +94,16 @@ class Tree:
         joints = iter(self.joints)
         self._members = [self._member(body, joints) for body in bodies]
         sizes = {"q": self.q_size, "v": self.v_size, "t": len(self.ties)}
-        shapes = [(name, "f8", tuple(sizes[one] for one in shape)) for name, shape in NUMBERS.items()]
+        shapes = [(name, "f8", tuple(sizes[one] for one in shape)) for name, shape in tree_hooks.NUMBERS.items()]
         self.numbers = own = np.zeros((), shapes)
-        self._kept, self._own = own[list(KEPT)], np.zeros(1, OWN)
-        for name in NUMBERS:
+        self._kept, self._own = own[list(tree_hooks.KEPT)], np.zeros(1, tree_hooks.OWN)
+        for name in tree_hooks.NUMBERS:
             self._own[name] = own[name].ctypes.data
         self._block = self._own.ctypes.data
         own["left"], own["left_v"], own["limit"] = np.nan, np.inf, np.inf
         self.start, self.push = (own["start_q"], own["start_v"]), own["push"]  # state at the start of the step
         self.placed, self._towed, self._stands = False, 0, ()
-        self._tie_rows = np.zeros(len(self.ties), TIE)
+        self._tie_rows = np.zeros(len(self.ties), tree_hooks.TIE)
         self._own["ties"], self._own["tie_count"] = self._tie_rows.ctypes.data, len(self.ties)
         for row, one in zip(self._tie_rows, self.ties, strict=True):
             self._write_tie(row, one)
@@ -256,7 +247,7 @@ class Tree:
             self._tree["base_turn"] = w, x, y, z
             if self._towed == TOWED:
                 warnings.warn(TOWED_TEXT.format(self.bodies[0]), ContactWarning, stacklevel=6)
-        self.placed = take_start(self._block)
+        self.placed = tree_hooks.take_start(self._block)
         return self.placed
 
     def read_forces(self, dt: float) -> None:
@@ -268,11 +259,11 @@ class Tree:
                 "step; or its joints have more damping than Bullet is stable with (changeDynamics: jointDamping)"
             )
         self.numbers["left_over"][:] = [one.force_left(self._client) for one in self.ties]
-        take_response(self._block, dt)
+        tree_hooks.take_response(self._block, dt)
 
     def write_back(self, dt: float) -> None:
         """Write the tree to PyBullet after the world's step, if a contact has touched it, or see `near.passing`."""
-        if find_end(self._block, self._world_block, dt):
+        if tree_hooks.find_end(self._block, self._world_block, dt):
             self.write(self.numbers["new_q"], self.numbers["new_v"])
 
     def apply_push(self) -> None:

@@ -22,15 +22,7 @@ from contactlaw.world.data.quaternion import rotate
 from contactlaw.world.data.records import APPEARED, CLOSED, FREE, NEVER, PARTED, RESIZED
 from contactlaw.world.data.saved import CONTACT_NUMBERS, LEDGER_NUMBER, contact_fields
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub, tangent
-from contactlaw.world.shapes.geometry import (
-    BACK,
-    is_ignored,
-    lies_over_face,
-    meet,
-    meet_near,
-    meet_place,
-    set_initial_overlap,
-)
+from contactlaw.world.shapes import geometry
 from contactlaw.world.trees.mobility import clear
 
 # [rad] up to which the tangent turns by the first term of the series x, and is normalised by that of a root: its square
@@ -57,7 +49,7 @@ def begin_contact(w, k, overlap):
     q = near_at(w.near, k)
     sa, sb = shape_at(w.shapes, q.a), shape_at(w.shapes, q.b)
     a, b = body_at(w.bodies, q.body_a), body_at(w.bodies, q.body_b)
-    now, n, arm_a, arm_b = meet_near(w, q, a, b)
+    now, n, arm_a, arm_b = geometry.meet_near(w, q, a, b)
     radius, along = radius_where(w, q, a, b, n, arm_a, arm_b)
     if q.places > 1 and now < -TOUCHING * radius:  # another pair of both has just taken this place
         q.gap = -now
@@ -96,8 +88,8 @@ def begin_contact(w, k, overlap):
     deep = pair_at(w.pairs, q.pair).relaxed != 0 and overlap > initial_overlap_limit(w, c)
     if overlap > TOUCHING * radius and not is_placed(w, a, b):
         w.late, w.latest, c.noted, deep = w.late + 1, max(w.latest, overlap), c.noted | APPEARED, True
-    if deep or (overlap > 0.0 and lies_over_face(sa, a, sb, b, 0.0)):
-        c.initial_overlap, overlap = set_initial_overlap(w, q, c.initial_overlap + overlap), 0.0
+    if deep or (overlap > 0.0 and geometry.lies_over_face(sa, a, sb, b, 0.0)):
+        c.initial_overlap, overlap = geometry.set_initial_overlap(w, q, c.initial_overlap + overlap), 0.0
     t.overlap, t.before = overlap, overlap
     slide = sub(velocity_at(a, arm_a), velocity_at(b, arm_b))
     t.closing = -dot(slide, n)
@@ -139,7 +131,7 @@ def release_if_put_deeper(w, p):
     """
     c = contact_at(w.contacts, p.slot)
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-    overlap, _, _, _ = meet_near(w, p, a, b)
+    overlap, _, _, _ = geometry.meet_near(w, p, a, b)
     deeper = overlap - c.touch.overlap
     if pair_at(w.pairs, p.pair).relaxed != 0 and deeper > max(initial_overlap_limit(w, c), TOUCHING * c.touch.radius):
         release(w, p.slot)
@@ -159,7 +151,7 @@ def set_ellipse(c, along, length):
 def update_geometry(w, c):
     """Set overlap, frame and arms of a closed contact after one of its shapes was placed anew, not by motion."""
     a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
-    overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, c.shape_a), a, shape_at(w.shapes, c.shape_b), b)
+    overlap, n, arm_a, arm_b = geometry.meet(shape_at(w.shapes, c.shape_a), a, shape_at(w.shapes, c.shape_b), b)
     turn_frame(c, n, 0.0)
     store(c.arm_a, arm_a)
     store(c.arm_b, arm_b)
@@ -186,14 +178,15 @@ def update_initial_overlap(w, p):
     if c.initial_overlap > 0.0:
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
-        overlap, _, _, _ = meet_place(w, p, a, b) if p.places > 1 else meet(sa, a, sb, b)
+        overlap, _, _, _ = geometry.meet_place(w, p, a, b) if p.places > 1 else geometry.meet(sa, a, sb, b)
         before = c.initial_overlap
-        if is_ignored(p) and p.guard >= 0 and guard_at(w.guards, p.guard).unlisted != 0:  # its parts are not listed
-            if overlap > -BACK * (shape_at(w.shapes, p.a).radius + shape_at(w.shapes, p.b).radius):
+        parts_unlisted = p.guard >= 0 and guard_at(w.guards, p.guard).unlisted != 0
+        if geometry.is_ignored(p) and parts_unlisted:
+            if overlap > -geometry.BACK * (sa.radius + sb.radius):
                 return True
             overlap, w.stale = 0.0, 1
-        c.initial_overlap = set_initial_overlap(w, p, max(min(before, overlap), 0.0))
-        if is_ignored(p):
+        c.initial_overlap = geometry.set_initial_overlap(w, p, max(min(before, overlap), 0.0))
+        if geometry.is_ignored(p):
             p.listed_gap = NEVER  # so that its guard keeps it from being measured
         elif c.initial_overlap < before:  # and so is the gap, by as much: what is known of it no longer holds
             p.listed_gap, p.checked = -NEVER, -1.0

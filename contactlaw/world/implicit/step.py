@@ -35,15 +35,9 @@ from contactlaw.world.data.quaternion import conjugate, load4, product, rotation
 from contactlaw.world.data.records import AGED, NEVER, PAUSE_LIMIT
 from contactlaw.world.data.saved import restore_body, restore_contact, save_body, save_contact, saved_body
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, load, norm, scale, store, sub
+from contactlaw.world.implicit import newton
 from contactlaw.world.implicit.acceptance import ENERGY_GAIN, MANY, changes_regime, energy, is_persistent, motion_of
 from contactlaw.world.implicit.equations import equations_of, factorise, substitute
-from contactlaw.world.implicit.newton import (
-    add_stiffness,
-    begin_matrix,
-    begin_residual,
-    evaluate_contact,
-    residual_speed,
-)
 from contactlaw.world.sleep import fall_asleep, wake
 from contactlaw.world.trees.kinematics import vector
 
@@ -279,12 +273,12 @@ def solve(w, bodies, pairs, span, previous, slides):
     for iteration in range(MAX_ITERATIONS):
         for i in range(bodies):
             place_body(w, whole_at(w.island_bodies, i), stage, time)
-        begin_residual(w, bodies, stage)
+        newton.begin_residual(w, bodies, stage)
         moving, tolerance, again = iteration == 0, NEVER, iteration > 0 or time > stage
         for i in range(pairs):
-            moved, own = evaluate_contact(w, row_at(w.rows, i), span, again)
+            moved, own = newton.evaluate_contact(w, row_at(w.rows, i), span, again)
             moving, tolerance = moved or moving, min(tolerance, own)
-        residual = residual_speed(w, bodies)
+        residual = newton.residual_speed(w, bodies)
         if iteration == 0 and slides and keeps_overlaps(w, pairs):
             begun, once = LEFT * residual, time < w.step
         if not moving or (not once and residual <= max(tolerance, begun) < NEVER):
@@ -295,9 +289,9 @@ def solve(w, bodies, pairs, span, previous, slides):
         new = not residual < CONTRACTION * previous
         contraction = CONTRACTION if new else residual / previous
         if new:
-            begin_matrix(w, bodies)
+            newton.begin_matrix(w, bodies)
             for i in range(pairs):
-                add_stiffness(w, row_at(w.rows, i), stage)
+                newton.add_stiffness(w, row_at(w.rows, i), stage)
             factorise(w)
             w.solved += 1
         converges = once or (time < w.step and contraction * residual <= tolerance < NEVER)
