@@ -35,10 +35,7 @@ def advance_contact(w, c, slot, moved, slide, dt, motion):
     """
     t, law = c.touch, law_of(w, pair_at(w.pairs, c.pair))
     memory = memory_of(w, slot)
-    if t.state == OPEN:
-        for i in range(memory.size):
-            memory[i] = 0.0
-    elif law.speeds != 0.0 and (dt == 0.0 or t.course == LASTING or is_quasi_static(c, 1.0)):
+    if t.state != OPEN and law.speeds != 0.0 and (dt == 0.0 or t.course == LASTING or is_quasi_static(c, 1.0)):
         speeds.read_friction(t, speed_numbers(w, pair_at(w.pairs, c.pair)), sqrt(slide[0] ** 2 + slide[1] ** 2))
     du, dv, angle = moved
     spun = (angle != 0.0 or c.pending_twist != 0.0 or c.torsion.span > 0.0) and t.mu > 0.0
