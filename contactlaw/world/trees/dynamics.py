@@ -84,7 +84,7 @@ def set_forces(t, d, a):
         j, own = axis.parent, v[k] - v_f[k]
         a[k] = f[k] - d[k, k] * own
         if axis.side != 0.0:
-            a[k] += axis.side * max(limit_force(axis, vector(t.q, t.q_size)[axis.coordinate], now[k]), 0.0)
+            a[k] += axis.side * max(limit_force(axis, vector(t.q, t.q_size), now[k]), 0.0)
         while j >= 0 and t.coupled != 0:
             a[k] -= d[k, j] * (v[j] - v_f[j])
             a[j] -= d[k, j] * own
@@ -107,19 +107,19 @@ def pull(t, time, out, u):
 
 
 def limit_force(axis, q, v):
-    """Return the force of a soft limit along `side`, of an axis at a coordinate and velocity; only positive ones act.
+    """Return the force of a soft limit along `side`, at coordinates q and an axis' velocity v; only positive ones act.
 
     hold - stiffness r - resistance dr/dt, where r = side q - edge < 0, else zero.
     """
-    r = axis.side * q - axis.edge
+    r = axis.side * q[axis.coordinate] - axis.edge
     return axis.hold - axis.stiffness * r - axis.resistance * axis.side * v if r < 0.0 else 0.0
 
 
-def limit_held(t, k, v, own):
+def limit_at_start(t, k, v, own):
     """Return the force of a limit along its axis, and set `hold` by the acceleration that the axis has without it."""
     axis = axis_at(t.axes, k)
     axis.hold = -axis.weight * axis.side * own
-    return axis.side * max(limit_force(axis, vector(t.q, t.q_size)[axis.coordinate], v), 0.0)
+    return axis.side * max(limit_force(axis, vector(t.q, t.q_size), v), 0.0)
 
 
 def limit_impulse(t, k, v, change):
@@ -127,9 +127,8 @@ def limit_impulse(t, k, v, change):
 
     Like a mass it resists changes of the speed towards the stop, and no others: it would drive what moves away.
     """
-    axis = axis_at(t.axes, k)
-    q, now = vector(t.q, t.q_size)[axis.coordinate], v + change
-    if axis.side * q >= axis.edge:
+    axis, q, now = axis_at(t.axes, k), vector(t.q, t.q_size), v + change
+    if axis.side * q[axis.coordinate] >= axis.edge:
         return 0.0
     push, gained = t.held * limit_force(axis, q, now), min(axis.side * now, 0.0) - min(axis.side * v, 0.0)
     return axis.side * (max(push - axis.weight * gained, 0.0) - max(push, 0.0))

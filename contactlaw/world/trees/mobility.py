@@ -118,18 +118,19 @@ def apply_pending(t, time):
     clear(due)
     dynamics.solve(t, change)
     clear(given)
-    sweep(t, given, change, True)
+    find_limits(t, given, change, dynamics.limit_impulse)
     for k in range(n):
         v[k] += change[k]
         push[k] += change[k]
     spread_velocity(t)
 
 
-def sweep(t, given, change, impulses):
+def find_limits(t, given, change, limit):
     """Find what active limits give along their axes, by Gauss-Seidel sweeps, and add the answers of all axes to it.
 
     Limits of one tree answer each other: those of each by itself would add up to too much, and give energy.
-    given, change: forces and accelerations; impulses: impulses in a substep, and changes of the velocities by it.
+    limit: what one gives, `dynamics.limit_at_start` of accelerations `change` a force, `dynamics.limit_impulse` of
+    changes of velocities an impulse; these are `given`.
     """
     n, v = t.v_size, vector(t.v, t.v_size)
     for _ in range(SWEEPS):
@@ -138,7 +139,7 @@ def sweep(t, given, change, impulses):
             if axis_at(t.axes, k).side == 0.0:
                 continue
             own = change[k] - (answer_to(t, k)[k] * given[k] if given[k] != 0.0 else 0.0)
-            due = dynamics.limit_impulse(t, k, v[k], own) if impulses else dynamics.limit_held(t, k, v[k], own)
+            due = limit(t, k, v[k], own)
             more, given[k] = due - given[k], due
             if more != 0.0:
                 x = answer_to(t, k)
@@ -263,14 +264,12 @@ def add_damping(b):
     t = tree_at(b.tree, 0)
     n, square = t.v_size, t.stage * t.stage if is_stiff(t) else 0.0
     d, springs, out = vector(t.d, (n, n)), vector(t.springs, (n, n)), vector(t.weights, (n, t.stride))
+    q, v = vector(t.q, t.q_size), vector(t.v, n)
     for k in range(n):
         axis = axis_at(t.axes, k)
         for i in range(n):
             out[k, i] += t.stage * d[k, i] + square * springs[k, i]
-        if (
-            axis.side != 0.0
-            and dynamics.limit_force(axis, vector(t.q, t.q_size)[axis.coordinate], vector(t.v, n)[k]) > 0.0
-        ):
+        if axis.side != 0.0 and dynamics.limit_force(axis, q, v[k]) > 0.0:
             out[k, k] += t.stage * (axis.resistance + t.stage * axis.stiffness)
 
 
@@ -289,8 +288,8 @@ def resist(t, force):
         for i in range(first, end):
             force[k] -= d[k, i] * (v[i] - v0[i])
         if axis.side != 0.0:
-            now = max(dynamics.limit_force(axis, q[axis.coordinate], v[k]), 0.0)
-            force[k] += axis.side * (now - max(dynamics.limit_force(axis, q0[axis.coordinate], v0[k]), 0.0))
+            now, before = dynamics.limit_force(axis, q, v[k]), dynamics.limit_force(axis, q0, v0[k])
+            force[k] += axis.side * (max(now, 0.0) - max(before, 0.0))
     if is_stiff(t):
         dynamics.pull(t, 1.0, force, vector(t.room + 16 * n, n))
 
