@@ -87,28 +87,28 @@ def step_once(w, dt, task):
     more than half full, or were too small: the caller enlarges them first. One function has the three tasks, so that
     their common code is compiled once.
     """
+    w.step = dt
     if task == FIND_PRESSED:
-        w.step = dt
         find_pressed(w)
         return True
-    begin(w, dt)
+    begin(w)
     full = 2 * w.nears > w.near_room or 2 * w.guard_count > w.guard_room or 2 * w.spares < w.contact_room
     if task == GROWING_ROOM and (full or w.lost + w.left_out > 0):
         w.stale = 1
         return False
-    finish(w, dt)
+    finish(w)
     return True
 
 
-def finish(w, dt):
-    """Integrate from window to window to the end of the step that `begin` has prepared, dt [s].
+def finish(w):
+    """Integrate from window to window to the end of the step that `begin` has prepared.
 
     Islands of persistent contacts are tried with an implicit step first, if the step is long beside an impact. Where
     nothing is closed the next window begins at the next time of impact. A list of an earlier step serves while nothing
     that it holds can strike. What it has left out cannot: what remains of both margins is more than the sum of both
     ways, see `listing.may_leave_margin`.
     """
-    now = 0.0
+    now, dt = 0.0, w.step
     while now < dt:
         if w.stale != 0:
             list_near(w)
@@ -174,16 +174,15 @@ def take_implicit_steps(w):
     return False
 
 
-def begin(w, dt):
-    """Prepare a step of dt [s]: bodies, guards, slots of contacts; list near pairs anew if the list is out of date."""
-    w.step = dt
+def begin(w):
+    """Prepare a step: bodies, guards, slots of contacts; list near pairs anew if the list is out of date."""
     w.twists, w.rested, w.lost_body = TWIST_ALWAYS, 1, 0
     for i in range(w.body_count):
-        begin_body(w, body_at(w.bodies, i), dt)
+        begin_body(w, body_at(w.bodies, i))
     for k in range(w.guard_count):
         g = guard_at(w.guards, k)
         g.plane_time, g.speed_time = -1.0, -1.0
-    exceeded = any_guard_exceeded(w, dt, 0.0)
+    exceeded = any_guard_exceeded(w, w.step, 0.0)
     begin_pairs(w)
     if w.stale != 0:
         window.list_anew(w)
@@ -201,20 +200,20 @@ def begin(w, dt):
                 update_masses(c, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
 
 
-def begin_body(w, b, dt):
-    """Prepare a body for a step of dt [s]: wake it if it is disturbed, and check that it stays in its margin.
+def begin_body(w, b):
+    """Prepare a body for a step: wake it if it is disturbed, and check that it stays in its margin.
 
     A tree that passes by everything is at the end of the step already.
     """
     passes = b.tree != 0 and tree_at(b.tree, 0).passes == PASSES
-    b.time = dt if passes else 0.0
+    b.time = w.step if passes else 0.0
     b.changed = 1
     b.touched = 0
     b.done = 1 if passes else 0
     store(b.shift, (0.0, 0.0, 0.0))
     store(b.twist, (0.0, 0.0, 0.0))
     if b.tree != 0 and b.member == 0 and not passes:
-        tree_at(b.tree, 0).span = dt
+        tree_at(b.tree, 0).span = w.step
         settle(b)
     if b.asleep != 0 and (w.edited != 0 or is_disturbed(b)):
         wake_body(b, 0.0)
@@ -222,7 +221,7 @@ def begin_body(w, b, dt):
     update_momentum(b)
     b.still = 1 if b.asleep != 0 or is_static(b) else 0
     w.rested = min(w.rested, b.still)
-    if may_leave_margin(b, dt - b.time):
+    if may_leave_margin(b, w.step - b.time):
         w.stale = 1
 
 

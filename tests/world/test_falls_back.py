@@ -28,7 +28,8 @@ STEP, RADIUS, HALF, GAP = 0.01, 0.025, 0.044, 5e-10
 def fly_a_substep(world, gaps):
     """Fly by the first substep that all near pairs would have together; their gaps at its end."""
     w = world[0]
-    begin(w, STEP)
+    w.step = STEP
+    begin(w)
     list_near(w)
     for k in range(w.nears):
         p = near_at(w.near, k)

@@ -36,7 +36,8 @@ def fly_on(world, times, look, promised, gaps, heights):
     bounds `promised` are raised by the measured gaps at every seventh time.
     """
     w = world[0]
-    begin(w, STEP)
+    w.step = STEP
+    begin(w)
     list_near(w)
     for m in range(times.size):
         for k in range(w.nears):
@@ -210,7 +211,8 @@ def fly_along(world, n, times, slides, places, reach):
     and axes of both.
     """
     w = world[0]
-    begin(w, STEP)
+    w.step = STEP
+    begin(w)
     a, b = body_at(w.bodies, 1), body_at(w.bodies, 2)
     a.reach = reach
     for m in range(times.size):
