@@ -29,6 +29,7 @@ from contactlaw.world.implicit.equations import equations_of
 from contactlaw.world.shapes.core import set_back
 from contactlaw.world.shapes.geometry import centre, half_axis, meet_near, takes_known_gap
 from contactlaw.world.trees.kinematics import vector
+from contactlaw.world.trees.mobility import clear, copy
 
 # Tolerances: how far a contact may still move between two iterations
 CONVERGED = 1e-9  # of its overlap; across the normal of its slide, too
@@ -61,8 +62,7 @@ def begin_residual(w, bodies, stage):
         for i in range(o, end):
             x[i - o] = free[i] - velocity[i]
         call_with_body(t.balance, b)
-        for i in range(o, end):
-            right[i] = x[i - o]
+        copy(x, right[o:])
 
 
 def residual_speed(w, bodies):
@@ -96,8 +96,7 @@ def begin_matrix(w, bodies):
             continue
         for i in range(o, end):
             eq.first[i] = o
-            for j in range(w.unknowns):
-                h[i, j] = 0.0
+            clear(h[i, : w.unknowns])
         if b.tree == 0:
             write_inertia(b, h)
         else:
@@ -242,8 +241,7 @@ def clear_row(row, a, b):
     """Set the entries of a row for two bodies to zero."""
     for one in (a, b):
         start, end = unknowns_of(one)
-        for i in range(start, end):
-            row[i] = 0.0
+        clear(row[start:end])
 
 
 def add_moment_stiffness(w, a, b, axis, moment):
@@ -293,8 +291,7 @@ def add_generalised_force(b, force, moment, row):
     if b.tree != 0:
         t = tree_at(b.tree, 0)
         x = vector(t.x, t.v_size)
-        for i in range(t.v_size):
-            x[i] = 0.0
+        clear(x)
         call_with_vectors(t.add_force, b, force, moment)
         for i in range(t.v_size):
             row[o + i] += x[i]

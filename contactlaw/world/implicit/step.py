@@ -40,6 +40,7 @@ from contactlaw.world.implicit.acceptance import ENERGY_GAIN, MANY, changes_regi
 from contactlaw.world.implicit.equations import equations_of, factorise, substitute
 from contactlaw.world.sleep import fall_asleep, wake
 from contactlaw.world.trees.kinematics import vector
+from contactlaw.world.trees.mobility import clear, copy
 
 GAMMA = 1.0 - sqrt(0.5)  # length of a stage, as a share of the step
 MAX_ITERATIONS = 25  # of Newton's method in a stage
@@ -162,16 +163,14 @@ def begin_step(w, bodies, pairs):
             if b.member == 0:
                 t = tree_at(b.tree, 0)
                 copy_wholes(t.q, t.start, t.q_size + t.v_size)  # v follows q
-                own, gained = vector(t.v, t.v_size), vector(t.a, t.v_size)
-                for j in range(t.v_size):
-                    v[j], a[j] = own[j], gained[j]
+                copy(vector(t.v, t.v_size), v)
+                copy(vector(t.a, t.v_size), a)
         elif b.unknown >= 0:
             store(v, load(b.velocity))
             store(v[3:], load(b.spin))
             store(a, load(b.acceleration))
             store(a[3:], spin_rate(b, load(b.spin)))
-    for i in range(w.unknowns):
-        eq.velocity[i] = eq.begun[i]
+    copy(eq.begun[: w.unknowns], eq.velocity)
     for i in range(pairs):
         r = row_at(w.rows, i)
         r.near = whole_at(w.island_pairs, i)
@@ -234,8 +233,7 @@ def guess_velocities(w, bodies, pairs, stage):
                     store(own[3:], add(load(own[3:]), spin_change(b, axpy(-sign, moment, cross(arm, impulse)))))
     if w.unknowns <= MANY or guess_is_near(w, bodies, pairs, stage):
         return True
-    for i in range(w.unknowns):
-        eq.velocity[i] = 0.0
+    clear(eq.velocity[: w.unknowns])
     return False
 
 
