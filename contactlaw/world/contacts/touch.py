@@ -19,7 +19,7 @@ from contactlaw.world.data.call import address, call_roll, ready
 from contactlaw.world.data.demand import ROLL
 from contactlaw.world.data.materials import friction_of, law_of, memory_of, speed_numbers
 from contactlaw.world.data.quaternion import rotate
-from contactlaw.world.data.records import APPEARED, CLOSED, FREE, NEVER, PARTED, RESIZED
+from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED, RESIZED
 from contactlaw.world.data.saved import CONTACT_NUMBERS, LEDGER_NUMBER, contact_fields
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub, tangent
 from contactlaw.world.shapes import geometry
@@ -87,7 +87,7 @@ def begin_contact(w, k, overlap):
     update_masses(c, a, b)
     deep = pair_at(w.pairs, q.pair).relaxed != 0 and overlap > initial_overlap_limit(w, c)
     if overlap > TOUCHING * radius and not is_placed(w, a, b):
-        w.late, w.latest, c.noted, deep = w.late + 1, max(w.latest, overlap), c.noted | APPEARED, True
+        w.late, w.latest, c.appeared, deep = w.late + 1, max(w.latest, overlap), 1, True
     if deep or (overlap > 0.0 and geometry.lies_over_face(sa, a, sb, b, 0.0)):
         c.initial_overlap, overlap = geometry.set_initial_overlap(w, q, c.initial_overlap + overlap), 0.0
     t.overlap, t.before = overlap, overlap
@@ -273,7 +273,7 @@ def measure(w, c, a, b):
     store(c.moved, (dot(moved, e), dot(moved, f), force.twist_of(c, a, b)))
     jump = jump_of(c, overlap, (old, n), moved, sub(load(a.shift), load(b.shift)))
     if jump > 0.0 and not is_placed(w, a, b):
-        c.initial_overlap, c.noted = c.initial_overlap + jump, c.noted | APPEARED
+        c.initial_overlap, c.appeared = c.initial_overlap + jump, 1
     near_at(w.near, c.near).initial_overlap = c.initial_overlap
     law = law_of(w, pair_at(w.pairs, c.pair))
     if law.rolling != 0.0:

@@ -29,7 +29,6 @@ PLACED = 2  # value of `TREE.stale`
 COASTS = 2  # value of `NEAR.active`
 PAUSE_LIMIT = 8  # steps; a power of two
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; that of a parted contact is kept until the next step
-APPEARED = 16  # in `CONTACT.noted`: its initial overlap has appeared by itself, which is nothing to report
 VECTOR = ("f8", (3,))
 MATRIX = ("f8", (9,))  # row by row
 
@@ -267,7 +266,7 @@ CONTACT = record(
     normal_work="f8", friction_work="f8",  # work on the bodies [J]; losses are negative
     deepest="f8", strongest="f8", duration="f8",  # greatest overlap [m] and normal force [N], time in contact [s]
     touches="i8",
-    noted="i8",  # bits of `readout.doubts_of` that an adapter has found of it; or APPEARED
+    noted="i8", appeared="i8",  # bits of `readout.doubts_of` found so far; 1: its initial overlap came by itself
 )  # fmt: skip
 """A contact. The state of its law comes first."""
 
