@@ -31,9 +31,9 @@ from contactlaw.world.trees.kinematics import add_to_coordinates, response_of, s
 from contactlaw.world.trees.mobility import accelerate, apply_pending, clear, copy, leave_placed, move_bodies
 
 HOLD = 4  # substeps for which M and a are held at most
-LONGEST_HOLD, HELD_TURN = 2e-3, 0.02  # [s], or [rad] if that takes longer, for which they are held at most
-HELD_LONGEST = 0.1  # [rad] for which they are held at most: held longer, they drive an arm to 1e30 rad/s
-HELD_GAIN = 0.05  # of an error of rates, from one group of substeps to the next, see `predict_midpoint`
+HOLD_TIME, HOLD_TURN = 2e-3, 0.02  # [s], or [rad] if that takes longer, for which they are held at most
+HOLD_LIMIT = 0.1  # [rad] for which they are held at most: held longer, they drive an arm to 1e30 rad/s
+HOLD_GAIN = 0.05  # of an error of rates, from one group of substeps to the next, see `predict_midpoint`
 LARGEST_TURN, MOST = 0.1, 1e4  # [rad] of a Runge-Kutta step, or a substep; number of steps of a flight, at most
 # [rad] the same, at most, and as a share of the turn in a step of the world: velocities of arms that are driven at
 # random are then right to 1e-5 (9 flights in 10), where an engine's step has them right to 1e-2. In substeps, too: the
@@ -220,11 +220,11 @@ def predict_midpoint(t, h):
     """
     n = t.v_size
     rate = max(t.change_rate, 1e-9)
-    longest = min(max(min(LONGEST_HOLD, HELD_LONGEST / rate), HELD_TURN / rate), 1.0 / max(t.swing, 1e-9))
+    longest = min(max(min(HOLD_TIME, HOLD_LIMIT / rate), HOLD_TURN / rate), 1.0 / max(t.swing, 1e-9))
     turned = 0.0
     for k in range(n):
         turned = max(turned, abs(vector(t.kick_v, n)[k]) * norm(load(axis_at(t.axes, k).spin)))
-    longest = min(longest, sqrt(HELD_GAIN * h / max(turned * t.coupling, 1e-300)))
+    longest = min(longest, sqrt(HOLD_GAIN * h / max(turned * t.coupling, 1e-300)))
     left = max(round((t.span - body_at(t.bodies, 0).time) / h), 1)
     t.hold = min(int(max(min(HOLD, longest / h), 1.0)), left) if t.held == h else 1
     half = h * (0.5 * (t.hold + 1) if t.hold < left else t.hold * t.hold / (2.0 * t.hold - 1.0))
