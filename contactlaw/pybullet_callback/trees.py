@@ -100,7 +100,7 @@ class Tree:
         for name in tree_hooks.NUMBERS:
             self._own[name] = own[name].ctypes.data
         self._block = self._own.ctypes.data
-        own["left"], own["left_v"], own["limit"] = np.nan, np.inf, np.inf
+        own["left"], own["limit"] = np.nan, np.inf
         self.start, self.push = (own["start_q"], own["start_v"]), own["push"]  # state at the start of the step
         self.placed, self._towed, self._stands = False, 0, ()
         self._tie_rows = np.zeros(len(self.ties), tree_hooks.TIE)
