@@ -11,7 +11,7 @@ from contactlaw.jit import jit_for
 from contactlaw.laws.hertz import BY_ITSELF
 from contactlaw.laws.record import OPEN, PAIR_SIZE, pair_of
 from contactlaw.laws.step import ask, press, reset
-from contactlaw.world.contacts.touch import force_of, turn_frame
+from contactlaw.world.contacts.substep import force_of, turn_frame
 from contactlaw.world.data.records import CONTACT
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, store, sub, tangent
 from sims.panel import ENGINE_NAMES

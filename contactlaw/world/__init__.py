@@ -13,7 +13,7 @@ contacts form islands, and each island is integrated by a leapfrog, some hundred
 Both bodies receive the same impulse at one point, so linear and angular momentum are conserved to rounding whatever the
 substeps are. Substeps of one contact keep their length, which keeps the symmetry of the leapfrog and with it the
 energy; at both ends of an impact, where the force is a fractional power of time, the sum is corrected (Euler-Maclaurin,
-`contacts.ends`). A touch in free flight is found by conservative advancement, and the substeps begin there.
+`contacts.leapfrog`). A touch in free flight is found by conservative advancement, and the substeps begin there.
 
 Schedule. A window of time is as long as the shortest impact in it. Whatever is closed, or could close within it, is
 integrated in the window; islands are independent of each other and have substeps of their own. Everything else costs

@@ -11,8 +11,9 @@ from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.bodies.bounds import time_to_close
 from contactlaw.world.bodies.motion import acceleration_of, closing_at, drift, fly, greatest_closing, settle, turn_rate
 from contactlaw.world.contacts import pace
-from contactlaw.world.contacts.springs import clear_push, push_by_coasting
-from contactlaw.world.contacts.touch import TOUCHING, advance, apply_force, begin_contact, end_contact, measure
+from contactlaw.world.contacts.leapfrog import clear_push, push_by_coasting
+from contactlaw.world.contacts.substep import TOUCHING, advance, apply_force, measure
+from contactlaw.world.contacts.touch import begin_contact, end_contact
 from contactlaw.world.data.access import body_at, coasting_at, contact_at, near_at
 from contactlaw.world.data.call import address, call_coast, call_start_coasting, ready
 from contactlaw.world.data.demand import COAST, START_COASTING
@@ -232,7 +233,7 @@ def kick_bodies(w, acting, h, next_h):
     """Kick bodies with the forces of evaluated contacts for half a substep of h [s] and half of the next one.
 
     acting: how many of their pairs `evaluate_contacts` has listed.
-    Contacts whose overlap has become zero open; they push only for what `contacts.ends` adds there.
+    Contacts whose overlap has become zero open; they push only for what `contacts.leapfrog` adds there.
     """
     for i in range(w.near_room, w.near_room + acting):
         p = near_at(w.near, whole_at(w.island_pairs, i))

@@ -18,9 +18,9 @@ from contactlaw.laws.slip import stuck_stiffness
 from contactlaw.memory import copy_wholes, set_whole, whole_at
 from contactlaw.world.bodies.motion import kick
 from contactlaw.world.contacts.force import dashpot_of, has_dashpot, is_quasi_static
+from contactlaw.world.contacts.leapfrog import UNKNOWN
 from contactlaw.world.contacts.pace import closing_speed, longest_substep, substeps_per_impact
-from contactlaw.world.contacts.springs import UNKNOWN
-from contactlaw.world.contacts.touch import turn_frame
+from contactlaw.world.contacts.substep import turn_frame
 from contactlaw.world.data.access import body_at, coasting_at, contact_at, near_at, pair_at
 from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.records import COASTING, COASTS, NEVER

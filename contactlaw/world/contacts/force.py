@@ -183,7 +183,7 @@ def dashpot_of(t, stiffness):
 def add_dashpot(w, c, u, v, weight):
     """Add the force of the tangential dashpot, within the friction cone; u, v: slip velocity [m/s].
 
-    weight: factor of it, below 1 where contacts side by side share the mass, as `springs.damper_weight`.
+    weight: factor of it, below 1 where contacts side by side share the mass, as `leapfrog.damper_weight`.
 
     In a straight slide at the limit it changes nothing, and is not computed. A law without springs, by rates alone, has
     none, as its own force would be nothing beside it; rigid friction has that of Mindlin's spring.

@@ -1,6 +1,6 @@
-"""A contact from touch to parting: its slot, frame, force and work, and the impulses on its bodies."""
+"""How a contact begins and ends: its slot, its initial overlap, its ledger."""
 
-from contactlaw.jit import jit_inline, jit_module
+from contactlaw.jit import jit_module
 from contactlaw.laws import speeds
 from contactlaw.laws.ellipse import share_along
 from contactlaw.laws.hertz import BY_ITSELF, greatest_overlap, hertz_stiffness
@@ -8,34 +8,17 @@ from contactlaw.laws.record import OPEN
 from contactlaw.laws.step import reset
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.pair import DEEPEST
-from contactlaw.world.bodies.motion import JUMP, kick, moved_at, velocity_at
+from contactlaw.world.bodies.motion import JUMP, velocity_at
 from contactlaw.world.contacts import force
-from contactlaw.world.contacts.ends import damped_end, elastic_end, single_end
-from contactlaw.world.contacts.meeting import meet_closed
-from contactlaw.world.contacts.pace import MASS_TURN, radius_where, share_of, update_masses
-from contactlaw.world.contacts.springs import SHARE, closing_by_others, damper_weight, press_spring
+from contactlaw.world.contacts.pace import radius_where, share_of, update_masses
+from contactlaw.world.contacts.substep import TOUCHING, force_of, is_placed, turn_frame
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, pair_at, shape_at
-from contactlaw.world.data.call import address, call_roll, ready
-from contactlaw.world.data.demand import ROLL
 from contactlaw.world.data.materials import friction_of, law_of, memory_of, speed_numbers
-from contactlaw.world.data.quaternion import rotate
 from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED, RESIZED
 from contactlaw.world.data.saved import CONTACT_NUMBERS, LEDGER_NUMBER, contact_fields
-from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub, tangent
+from contactlaw.world.data.vec import ZERO, axpy, dot, load, norm, scale, store, sub, tangent
 from contactlaw.world.shapes import geometry
 from contactlaw.world.trees.mobility import clear
-
-# [rad] up to which the tangent turns by the first term of the series x, and is normalised by that of a root: its square
-# is then 1 - 3/4 x^4, which `state.UNIT` must allow
-SMALL_TURN = 1e-3
-# least s of `ends.single_end` as a damped force ends: the correction is then at most 3.7 substeps of the force before
-# it, whatever has torn the bodies apart
-SUDDEN = 0.02
-# share of a substep for which an impact may have been under way and yet begins at its end: what `ends` adds for a
-# damper grows out of a force that is nearly zero there, and is lost if the step ends with this substep
-BARELY = 1e-3
-JUMP_SHARE = 0.1  # of a way, by which an overlap may grow more than by the motion along the normal; see `jump_of`
-TOUCHING = 1e-10  # overlap or gap that counts as zero, over the effective radius
 
 
 def begin_contact(w, k, overlap):
@@ -216,178 +199,6 @@ def add_to_ledger(c, ledger_io):
     ledger_io[3] += c.duration
     ledger_io[4] += c.normal_work
     ledger_io[5] += c.friction_work
-
-
-@jit_inline
-def turn_frame(c, n, twist):
-    """Turn a contact's frame to normal n: the tangent turns with it without twist, then by `twist` [rad] about it."""
-    old = load(c.normal)
-    if twist == 0.0 and n == old:
-        return
-    e = load(c.tangent)
-    e = axpy(-dot(e, n) / max(1.0 + dot(n, old), 1e-300), add(n, old), e)
-    e = axpy(twist, cross(n, e), e) if abs(twist) < SMALL_TURN else rotate(scale(twist, n), e)
-    e = axpy(-dot(e, n), n, e)
-    store(c.tangent, scale(1.5 - 0.5 * dot(e, e), e))
-    store(c.normal, n)
-
-
-@jit_inline
-def is_placed(w, a, b):
-    """Return whether the overlap of two bodies may be as the user has made it since the last step."""
-    return a.placed + b.placed != 0 or w.edited != 0
-
-
-@jit_inline
-def jump_of(c, overlap, normals, moved, way):
-    """Return by how much [m] the overlap has grown without motion, where a contact jumps to another place.
-
-    That counts as initial overlap: the elastic energy, which depends on the rest alone, grows by no more than the work
-    of the motion. The overlap of a place that lasts grows by the motion along a normal between its last and its new
-    one, up to errors of third order in `moved` [m], the motion of the points that touched, and `way`, of the centres.
-    """
-    jump = overlap - c.initial_overlap - max(c.touch.overlap, 0.0) + min(dot(moved, normals[0]), dot(moved, normals[1]))
-    if jump <= TOUCHING * c.touch.radius:
-        return 0.0
-    return jump if jump > JUMP_SHARE * (norm(moved) + norm(way)) else 0.0
-
-
-@jit_inline
-def measure(w, c, a, b):
-    """Update overlap, frame, arms and displacement of a contact after its bodies have moved.
-
-    Callers loop over all contacts before they call `advance`: in one loop, contacts would wait for the square roots and
-    divisions of the law of the contact before.
-    """
-    overlap, n, arm_a, arm_b = meet_closed(w, c, a, b)
-    t, old = c.touch, load(c.normal)
-    mean_a, mean_b = scale(0.5, add(arm_a, load(c.arm_a))), scale(0.5, add(arm_b, load(c.arm_b)))
-    moved = sub(moved_at(a, mean_a), moved_at(b, mean_b))
-    turn_frame(c, n, 0.5 * dot(add(load(a.twist), load(b.twist)), n))
-    store(c.arm_a, arm_a)
-    store(c.arm_b, arm_b)
-    if n != old and dot(n, old) < 1.0 - 0.5 * MASS_TURN * MASS_TURN:
-        update_masses(c, a, b)
-    e = load(c.tangent)
-    f = cross(n, e)
-    store(c.moved, (dot(moved, e), dot(moved, f), force.twist_of(c, a, b)))
-    jump = jump_of(c, overlap, (old, n), moved, sub(load(a.shift), load(b.shift)))
-    if jump > 0.0 and not is_placed(w, a, b):
-        c.initial_overlap, c.appeared = c.initial_overlap + jump, 1
-    near_at(w.near, c.near).initial_overlap = c.initial_overlap
-    law = law_of(w, pair_at(w.pairs, c.pair))
-    if law.rolling != 0.0:
-        rolled = sub(load(a.twist), load(b.twist))
-        c.rolled[0], c.rolled[1] = dot(rolled, e), dot(rolled, f)
-    t.before = t.overlap
-    t.overlap = overlap - c.initial_overlap
-    press_spring(c, a, b, law.linear != 0.0)
-
-
-@jit_inline
-def advance(w, c, slot, span):
-    """Update the force, the end weight and the ledger of the contact in a slot, after `measure`.
-
-    span: lengths [s] of this substep and of the next.
-    """
-    h, following = span
-    t, moved = c.touch, load(c.moved)
-    a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
-    before, overlap = t.before, t.overlap
-    c.end_weight = 0.0
-    law = law_of(w, pair_at(w.pairs, c.pair))
-    linear = law.linear != 0.0
-    if before < 0.0 < overlap < BARELY * (overlap - before):
-        return
-    if overlap <= 0.0:
-        if before > 0.0 and t.zeta == 0.0 and c.interval > 0.0:
-            c.end_weight = elastic_end(before / (before - overlap), linear)
-            store(c.force, force_of(c))
-        add_work(c, 0.5 + c.end_weight, overlap - before, moved)
-        return
-    add_work(c, 0.5, overlap - before, moved)
-    pushed = t.force, t.f, t.g
-    closing = (overlap - before) * (1.0 / h)  # products by quotients that are known before the overlap is
-    own = t.force / t.mass
-    if c.interval > 0.0:
-        c.closing_acceleration = (closing - t.closing) * (2.0 / (h + c.interval))
-    else:
-        c.closing_acceleration = -dot(sub(load(a.acceleration), load(b.acceleration)), load(c.normal)) - own
-    t.closing = closing
-    opening = t.force == 0.0 and c.interval == 0.0
-    total = moved
-    if c.coasted_from > 0.0:
-        total, t.before, c.coasted_from = add(moved, load(c.coasted)), c.coasted_from, 0.0
-    others = closing_by_others(c, a, b)
-    side_by_side = max(max(a.pressing if a.still == 0 else 1, b.pressing if b.still == 0 else 1), 1)  # dampers
-    weight = damper_weight(c, a, b, side_by_side) if t.zeta > 0.0 and side_by_side > 1 else 1.0
-    motion = others, side_by_side, SHARE * h * h * (others - c.spring / t.mass), weight
-    pressed = force.advance_contact(w, c, slot, total, scale(1.0 / h, moved), h, motion)
-    if opening:
-        inside = min(overlap / (overlap - min(before, 0.0)), 1.0)
-        spacing = max(following, inside * h)  # of the points of the sum that begins here
-        inside *= h / spacing
-        end = elastic_end(inside, linear)
-        if t.zeta > 0.0 and t.ratio > 1.0:
-            end = damped_end(inside, linear) * (1.0 - 1.0 / t.ratio) + single_end(inside, linear) / t.ratio
-        c.end_weight = (spacing * (1.0 + end) - 0.5 * (h + following)) / h
-    if pressed < 0.0 and own > 0.0:  # the force has ended within the substep
-        weight = single_end(max(pushed[0] / (pushed[0] - pressed), SUDDEN), True)
-        store(c.force, in_frame(c, *pushed))  # at its present arms it would turn round bodies in its earlier direction
-        apply_force(c, a, b, weight * h)
-        c.normal_work -= weight * pushed[0] * (overlap - before)
-        c.friction_work -= weight * (pushed[1] * moved[0] + pushed[2] * moved[1])
-    store(c.force, force_of(c))
-    c.interval = h
-    if law.rolling != 0.0 and ready(w, ROLL):
-        call_roll(address(w, ROLL), w, c, (c.rolled[0] / h, c.rolled[1] / h))
-    add_work(c, 0.5 + c.end_weight, overlap - before, moved)
-    c.deepest = max(c.deepest, overlap)
-    c.strongest = max(c.strongest, t.force)
-    if t.force > 0.0:
-        c.duration += h
-
-
-@jit_inline
-def add_work(c, share, gained, moved):
-    """Add the work of a share of a contact's force and moments on the bodies to its ledger.
-
-    gained: increase of the overlap [m]. moved: displacement along both tangents [m], and rotation about the normal
-    [rad].
-    """
-    t = c.touch
-    du, dv, angle = moved
-    c.normal_work -= share * t.force * gained
-    c.friction_work -= share * (t.f * du + t.g * dv + c.torsion.moment * angle)
-    c.friction_work -= share * (c.bending[0] * c.rolled[0] + c.bending[1] * c.rolled[1])
-
-
-@jit_inline
-def force_of(c):
-    """Return the force on A [N], in the contact's present frame."""
-    return in_frame(c, c.touch.force, c.touch.f, c.touch.g)
-
-
-@jit_inline
-def in_frame(c, p, f, g):
-    """Return the force on A [N] of which a contact has these components: P, and friction along both tangents on B."""
-    n, e = load(c.normal), load(c.tangent)
-    return axpy(p, n, axpy(-f, e, scale(-g, cross(n, e))))
-
-
-@jit_inline
-def apply_force(c, a, b, time):
-    """Apply the force and moment of a contact to both bodies for a time [s], equal and opposite, at one point."""
-    impulse = scale(time, load(c.force))
-    a.touched = 1
-    b.touched = 1
-    about_a, about_b = cross(load(c.arm_a), impulse), cross(impulse, load(c.arm_b))
-    if c.torsion.moment != 0.0 or c.bending[0] != 0.0 or c.bending[1] != 0.0:
-        moment = scale(time, force.moment_of(c))
-        about_a, about_b = sub(about_a, moment), add(about_b, moment)
-    kick(a, impulse, about_a)
-    kick(b, scale(-1.0, impulse), about_b)
-    store(c.impulse, add(load(c.impulse), impulse))
 
 
 jit_module(__name__)

@@ -37,7 +37,7 @@ BODY = record(
     # what each substep reads and writes comes first
     position=VECTOR, velocity=VECTOR, spin=VECTOR,  # of the centre of mass [m], [m/s], angular velocity [rad/s]
     shift=VECTOR, twist=VECTOR,  # displacement [m] and rotation vector [rad] of its last substep
-    push=VECTOR, twisting=VECTOR,  # accelerations by loads and springs [m/s^2], [rad/s^2], see `contacts.springs`
+    push=VECTOR, twisting=VECTOR,  # accelerations by loads and springs [m/s^2], [rad/s^2], see `contacts.leapfrog`
     pending_turn=VECTOR,  # rotation vector [rad] not yet applied to the quaternion
     # loads besides contacts, constant over a step
     acceleration=VECTOR, torque=VECTOR,  # [m/s^2], [N m]
@@ -256,9 +256,9 @@ CONTACT = record(
     interval="f8",  # [s] length of the last substep
     first_substep="f8",  # [s] of a damped impact of two bodies alone, see `pace.longest_substep`; 0: not known
     initial_overlap="f8",  # [m] overlap that counts as none, as found at first contact, see `touch.begin_contact`
-    neighbours="f8",  # closing acceleration [m/s^2] by loads and springs of other contacts, see `contacts.springs`
+    neighbours="f8",  # closing acceleration [m/s^2] by loads and springs of other contacts, see `contacts.leapfrog`
     closing_acceleration="f8",  # mean closing acceleration over it [m/s^2]
-    end_weight="f8",  # additional weight of the force at the ends of an impact, in substeps, see `contacts.ends`
+    end_weight="f8",  # additional weight of the force at the ends of an impact, in substeps, see `contacts.leapfrog`
     normal=VECTOR, tangent=VECTOR, arm_a=VECTOR, arm_b=VECTOR,
     force=VECTOR,  # force on A [N]
     # ledger, since the touch

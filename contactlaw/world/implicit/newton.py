@@ -17,7 +17,8 @@ from contactlaw.laws.rolling import stiffness
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import angular_momentum, spin_change, velocity_at
 from contactlaw.world.contacts import force
-from contactlaw.world.contacts.touch import begin_contact, force_of, measure
+from contactlaw.world.contacts.substep import force_of, measure
+from contactlaw.world.contacts.touch import begin_contact
 from contactlaw.world.data.access import body_at, contact_at, near_at, pair_at, shape_at, tree_at
 from contactlaw.world.data.call import call_with_body, call_with_vectors
 from contactlaw.world.data.kinds import BOX, EDGE, SEGMENT

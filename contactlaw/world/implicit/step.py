@@ -26,9 +26,10 @@ from contactlaw.memory import copy_wholes, whole_at
 from contactlaw.world import window
 from contactlaw.world.bodies.motion import angular_momentum, settle, spin_change, spin_rate, update_momentum
 from contactlaw.world.contacts.force import moment_of
+from contactlaw.world.contacts.leapfrog import UNKNOWN
 from contactlaw.world.contacts.pace import closing_speed
-from contactlaw.world.contacts.springs import UNKNOWN
-from contactlaw.world.contacts.touch import add_work, end_contact, force_of
+from contactlaw.world.contacts.substep import add_work, force_of
+from contactlaw.world.contacts.touch import end_contact
 from contactlaw.world.data.access import body_at, contact_at, near_at, row_at, tree_at
 from contactlaw.world.data.call import call_with_body
 from contactlaw.world.data.quaternion import conjugate, load4, product, rotation_vector, store4

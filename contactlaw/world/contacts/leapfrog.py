@@ -1,4 +1,4 @@
-"""Where the springs of contacts act in a substep, so that leapfrog steps are exact to the fourth order.
+"""Corrections that make the leapfrog of contacts exact to high order: where springs act, and both ends of an impact.
 
 Leapfrog steps of h follow x'' + h^2/12 x'''' = F/m. If the force F(y) is that of the place y = x + h^2/12 x'', then
 y'' = F(y)/m up to h^4 (Numerov 1924; with x'' by the forces at x, as here: Takahashi & Imada 1984). x and y are the
@@ -6,6 +6,12 @@ same before and after an impact. Where bodies touch several others, x'' is by al
 
 A damper acts with the mean velocity of two steps, y' (1 - h^2 k/(12 m)) for a spring k, while the spring lags behind y
 by h^2/12 of the acceleration by the damper: both errors cancel.
+
+At both ends of an impact the force grows as a power p of time, and the first or last point of its sum lies s substeps,
+0 < s <= 1, inside the impact. The sum then exceeds the integral by zeta(-p, s) times the force after one substep
+(Euler-Maclaurin with Hurwitz's zeta function). The force at the first or last point is s^p times that, so that its
+weight, one substep, must change by -zeta(-p, s)/s^p substeps. p = 3/2 for the elastic force of Hertz, 1/4 for its
+damper at the touch; for a linear spring 1 and 0.
 """
 
 from math import sqrt
@@ -20,6 +26,10 @@ from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, scale, 
 SHARE = 1.0 / 12.0  # of h^2 x''
 FREE_SIZE = 6  # velocities of a tree of one body that nothing holds
 UNKNOWN = -1e300  # value of `CONTACT.neighbours` where the substep before has not found it
+AT_ONE = 1.0 / 12.0, 0.025485202  # -zeta(-p, 1) of elastic forces, linear and of Hertz
+# (zeta(-3/2, 1 + s) - zeta(-3/2))/s and zeta(-1/4, 1 + s) in powers of s on (0, 1], to 4e-5 and 1e-4
+ELASTIC_END = (-0.31178923, -0.5489945, -0.15573116, 0.01654819)
+DAMPED_END = (-0.32035357, -0.86369735, -0.16467251, 0.02834923)
 
 
 def is_rigid(b):
@@ -121,6 +131,39 @@ def closing_by_others(c, a, b):
             out += springs - c.neighbours
         c.neighbours = springs
     return out
+
+
+def cubic(a, s):
+    """Return the cubic polynomial of s with the coefficients a, lowest first."""
+    return a[0] + s * (a[1] + s * (a[2] + s * a[3]))
+
+
+def elastic_end(s, linear):
+    """Return the correction [substeps] of the weight of the elastic force at the first or last point of an impact.
+
+    That for s = 1 is left out: -(zeta(-p, s) - zeta(-p))/s^p. An impact that begins at the end of a substep needs no
+    correction then and stays symmetric in time.
+    """
+    if linear:
+        return 0.5 * (s - 1.0)
+    s = max(s, 1e-6)
+    return -(1.0 + cubic(ELASTIC_END, s) / sqrt(s))
+
+
+def single_end(s, linear):
+    """Return the whole correction [substeps], -zeta(-p, s)/s^p, of an elastic force that a damper lets end otherwise.
+
+    With linear, also that of a damped force as it falls to zero while the shapes still overlap.
+    """
+    return elastic_end(s, linear) + (AT_ONE[0] / s if linear else AT_ONE[1] / (s * sqrt(s)))
+
+
+def damped_end(s, linear):
+    """Return the correction [substeps] of the weight of the damper's force at the first point: -zeta(-p, s)/s^p."""
+    if linear:
+        return s - 0.5
+    s = max(s, 1e-6)
+    return -(1.0 + cubic(DAMPED_END, s) / sqrt(sqrt(s)))
 
 
 jit_module(__name__, jit_inline)
