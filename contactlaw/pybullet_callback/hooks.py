@@ -316,7 +316,7 @@ def check_contacts(head, w):
         rows.row_at(head.rows, k).was_pressed = body_at(w.bodies, k + 1).pressed
     for i in range(w.body_count):
         body_at(w.bodies, i).pressed = 0
-    for slot in range(w.contact_room):
+    for slot in range(w.slots):
         c = contact_at(w.contacts, slot)
         if c.phase == FREE:
             continue

@@ -82,7 +82,7 @@ def energy(world: Arrays) -> Energy:
 def _elastic(world):
     """Return the elastic energy [J] of all closed contacts."""
     w, out = world[0], 0.0
-    for slot in range(w.contact_room):
+    for slot in range(w.slots):
         c = contact_at(w.contacts, slot)
         if c.phase == CLOSED:
             out += stored_energy(w, c, slot)

@@ -50,10 +50,8 @@ def impact_duration(k, duration, mass, overlap, closing, push):
 
 def radius_of(w, p, a, b):
     """Return R [m] of a near pair where its bodies are."""
-    n, arm_a, arm_b = ZERO, ZERO, ZERO
-    if pair_at(w.pairs, p.pair).radius == 0.0 and not has_known_radius(
-        shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
-    ):
+    n, arm_a, arm_b, given = ZERO, ZERO, ZERO, pair_at(w.pairs, p.pair).radius > 0.0
+    if not (given or has_known_radius(shape_at(w.shapes, p.a), shape_at(w.shapes, p.b))):
         _, n, arm_a, arm_b = meet_near(w, p, a, b)
     return radius_where(w, p, a, b, n, arm_a, arm_b)[0]
 

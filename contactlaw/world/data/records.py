@@ -218,7 +218,7 @@ NEAR = record(
     initial_overlap="f8",  # [m] overlap that counts as none, that of its contact
     a="i8", b="i8", pair="i8",
     first="i8", places="i8",  # of the pairs of A with fields of one surface: the first one's number, and how many
-    place=VECTOR, vertices="i8", feature=MATRIX,  # where both were nearest when last looked at, see `geometry.note`
+    place=VECTOR, vertices="i8", feature=("f8", (3, 3)),  # where both were nearest last, see `geometry.note`
 )  # fmt: skip
 """Two shapes near each other; A is round."""
 

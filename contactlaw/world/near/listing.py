@@ -107,7 +107,7 @@ def complete_list(w):
             overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
             if begin_contact(w, k, overlap):
                 end_contact(p, contact_at(w.contacts, p.slot))
-    list_bodies(w)
+    list_near_bodies(w)
     for slot in range(w.slots):
         c = contact_at(w.contacts, slot)
         if c.near < 0 and (c.phase == CLOSED or (c.phase == PARTED and c.initial_overlap > 0.0)):
@@ -181,7 +181,7 @@ def list_few(w):
                 list_pair(w, max(i, j), min(i, j))
 
 
-def list_bodies(w):
+def list_near_bodies(w):
     """List the bodies that are in a near pair or in a tree: no other body can be struck until the next list."""
     for i in range(w.body_count):
         body_at(w.bodies, i).active = 0

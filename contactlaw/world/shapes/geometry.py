@@ -59,8 +59,7 @@ def recall(last):
     if last == 0:
         return ZERO, 0, NO_PLACES
     p = near_at(last, 0)
-    f = p.feature
-    return load(p.place), p.vertices, ((f[0], f[1], f[2]), (f[3], f[4], f[5]), (f[6], f[7], f[8]))
+    return load(p.place), p.vertices, (load(p.feature[0]), load(p.feature[1]), load(p.feature[2]))
 
 
 def note(last, place, count, on_b):
@@ -74,8 +73,7 @@ def note(last, place, count, on_b):
         store(p.place, place)
         p.vertices = count
         for i in range(3 if count > 0 else 0):
-            for j in range(3):
-                p.feature[3 * i + j] = on_b[i][j]
+            store(p.feature[i], on_b[i])
 
 
 def meet_near(w, p, a, b):
