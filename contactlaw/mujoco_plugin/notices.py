@@ -55,7 +55,7 @@ OF_BODIES = ("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "b
 BITS = "geom_contype", "geom_conaffinity"
 OF_GEOMS = ("geom_type", *BITS, "geom_size", "geom_pos", "geom_quat", "geom_friction", "geom_condim", "geom_priority")
 OF_FIELDS = ("hfield_size", "hfield_data")
-OF_ALL = ("jnt_pos", "jnt_axis", "dof_armature", "dof_damping", "qpos0", "tendon_armature", OF_FIELDS[0])
+OF_ALL = ("jnt_pos", "jnt_axis", "dof_armature", "dof_damping", "qpos0", "tendon_armature", "hfield_size")
 if "actuator_armature" in (layout.structure("mjModel").names or ()):  # from 3.7
     OF_ALL = (*OF_ALL, "actuator_armature")
 MAX_GAP = 32  # doubles between two ranges that are compared as one: quicker than to begin another range
@@ -128,7 +128,7 @@ def watched_ranges(view: layout.ModelView, bodies: Sequence[int], geoms: Sequenc
                 rows.append([offsets[name][1] // 8, first, end - first])
             last = start + end
     if view.nhfielddata:
-        rows.append([offsets[OF_FIELDS[1]][1] // 8, 0, -(-view.hfield_data.nbytes // 8)])
+        rows.append([offsets["hfield_data"][1] // 8, 0, -(-view.hfield_data.nbytes // 8)])
     ranges = np.array(rows, np.int64).reshape(-1, 3)
     values = [layout.record_at(start, np.float64, count).copy() for start, count in _resolved(view.address, ranges)]
     return ranges, np.concatenate([np.zeros(0), *values])

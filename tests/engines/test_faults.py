@@ -152,7 +152,7 @@ def test_what_is_raised_while_something_is_compiled_reaches_the_caller(model, ki
     data.qpos[2], data.qvel[2], data.qvel[5] = 0.026, -1.0, 50.0
     with monkeypatch.context() as patched:
         patched.setattr(demand, "supply", supply)
-        demand.TABLE[demand.SPIN] = 0
+        demand.TABLE["functions"][0, demand.SPIN] = 0
         with pytest.raises(kind):
             step_until_interrupted(model, data)
         assert not demand.PENDING_ERROR

@@ -9,8 +9,8 @@ import numba
 from numba import types
 
 from contactlaw.jit import jit_module
-from contactlaw.memory import caller, whole_at
-from contactlaw.world.data.demand import ADD_CALL, ASK, ERROR_OBJECT, IS_TRUE, PENDING
+from contactlaw.memory import caller, element
+from contactlaw.world.data.demand import DEMAND
 from contactlaw.world.data.records import BODY, CONTACT, NEAR, SHAPE, TREE, WORLD
 
 BODY_TYPE, SHAPE_TYPE, TREE_TYPE, NEAR_TYPE, CONTACT_TYPE, WORLD_TYPE = map(
@@ -52,35 +52,33 @@ call_spin: Any = caller(types.void(CONTACT_TYPE, *ADDRESSES, VECTOR, PAIR, NUMBE
 call_for: Any = caller(types.void(types.int64))
 call_later: Any = caller(types.int32(*ADDRESSES))
 
+table_at: Any = element(DEMAND)
+
 
 def ready(w, what):
     """Return whether a function compiled on demand is there, by its number in `demand`; asks Python for it if not."""
-    table = w.demand
-    if entry(table, what) == 0 and not error_pending(table):
-        call_for(entry(table, ASK), what)
-        if entry(table, what) == 0:
-            raise_later(table)
-    return entry(table, what) != 0
+    table = table_at(w.demand, 0)
+    if table.functions[what] == 0 and table.pending == 0:
+        call_for(table.supply, what)
+        if table.functions[what] == 0:
+            raise_later(w.demand)
+    return table.functions[what] != 0
 
 
 def address(w, what):
     """Return the address of a function that is `ready`."""
-    return entry(w.demand, what)
+    return table_at(w.demand, 0).functions[what]
 
 
 def error_pending(table):
     """Return whether an exception is kept; table: address of `demand.TABLE`."""
-    return entry(table, PENDING) != 0
+    return table_at(table, 0).pending != 0
 
 
 def raise_later(table):
-    """Schedule the kept exception to be raised when compiled code has returned."""
-    call_later(entry(table, ADD_CALL), entry(table, IS_TRUE), entry(table, ERROR_OBJECT))
-
-
-def entry(table, place):
-    """Return an entry of `demand.TABLE`."""
-    return types.uint64(whole_at(table, place))
+    """Schedule the kept exception to be raised when compiled code has returned; table: address of `demand.TABLE`."""
+    one = table_at(table, 0)
+    call_later(one.add_call, one.is_true, one.error)
 
 
 jit_module(__name__)

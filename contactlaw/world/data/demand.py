@@ -14,14 +14,16 @@ from typing import Any
 import numpy as np
 
 from contactlaw.jit import address_of, compiling
+from contactlaw.laws.record import record
 
-# Functions that `supply` makes, as places in `TABLE`
-STEP, IMPLICIT, SPIN, READ, SLEEP, COAST, START_COASTING, ROLL = range(8)
-# Further places: `_supply`; whether an exception is pending; Py_AddPendingCall, PyObject_IsTrue and `PENDING_ERROR`
-ASK, PENDING, ADD_CALL, IS_TRUE, ERROR_OBJECT = range(8, 13)
-
-TABLE = np.zeros(ERROR_OBJECT + 1, np.uint64)
-"""Addresses; zero: not compiled yet."""
+STEP, IMPLICIT, SPIN, READ, SLEEP, COAST, START_COASTING, ROLL = range(8)  # functions that `supply` makes
+DEMAND = record(
+    functions=("u8", (8,)),  # addresses of these; zero: not compiled yet
+    supply="u8", pending="u8",  # address of `_supply`; 1: an exception is pending
+    add_call="u8", is_true="u8", error="u8",  # addresses of Py_AddPendingCall, PyObject_IsTrue and `PENDING_ERROR`
+)  # fmt: skip
+TABLE = np.zeros(1, DEMAND)
+"""What compiled code calls, one for all worlds."""
 
 
 def supply(what: int) -> int:
@@ -46,11 +48,12 @@ def supply(what: int) -> int:
     }
     if what == START_COASTING:  # none may start without the other; both are announced by one line
         supply(COAST)
-    if TABLE[what] == 0:
+    functions = TABLE["functions"][0]
+    if functions[what] == 0:
         name, seconds, function, caller = made[what]
         with compiling(name, seconds) if name else nullcontext():
-            TABLE[what] = address_of(function, caller)
-    return int(TABLE[what])
+            functions[what] = address_of(function, caller)
+    return int(functions[what])
 
 
 class _PendingError:
@@ -60,7 +63,7 @@ class _PendingError:
 
     def __bool__(self) -> bool:
         """Raise it; False: there is none."""
-        error, self.error, TABLE[PENDING] = self.error, None, 0
+        error, self.error, TABLE["pending"] = self.error, None, 0
         if error:
             raise error
         return False
@@ -73,7 +76,7 @@ def catches(function: Callable[..., object]) -> Callable[..., None]:
         try:
             function(*values)
         except BaseException as error:
-            PENDING_ERROR.error, TABLE[PENDING] = PENDING_ERROR.error or error, 1
+            PENDING_ERROR.error, TABLE["pending"] = PENDING_ERROR.error or error, 1
 
     return call
 
@@ -88,6 +91,7 @@ PENDING_ERROR = _PendingError()
 KEEP_ALIVE = TABLE, PENDING_ERROR, _supply
 """Objects that engines must keep alive, as they may step worlds to the end of the process."""
 
-_functions = _supply, pythonapi.Py_AddPendingCall, pythonapi.PyObject_IsTrue
-TABLE[[ASK, ADD_CALL, IS_TRUE]] = [cast(one, c_void_p).value or 0 for one in _functions]
-TABLE[ERROR_OBJECT] = id(PENDING_ERROR)
+_functions = {"supply": _supply, "add_call": pythonapi.Py_AddPendingCall, "is_true": pythonapi.PyObject_IsTrue}
+for _name, _function in _functions.items():
+    TABLE[_name] = cast(_function, c_void_p).value or 0
+TABLE["error"] = id(PENDING_ERROR)
