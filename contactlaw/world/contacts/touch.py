@@ -37,30 +37,14 @@ def begin_contact(w, k, overlap):
     if q.places > 1 and now < -TOUCHING * radius:  # another pair of both has just taken this place
         q.gap = -now
         return False
-    if q.slot < 0:
-        if w.spares == 0:
-            w.lost += 1
-            return False
-        q.slot = new_slot(w)
-    q.closed = 1
-    for i in range(q.first, q.first + q.places):  # others of both now look for other places
-        other = near_at(w.near, i)
-        if other.closed == 0:
-            other.listed_gap, other.path_limit, other.checked, other.toi = -NEVER, -1.0, -1.0, 0.0
-    c = contact_at(w.contacts, q.slot)
-    link, before = c.link, c.initial_overlap
-    clear(contact_fields(w, q.slot, 0, LEDGER_NUMBER))
-    c.phase, c.near, c.link, c.initial_overlap = CLOSED, k, link, before
-    c.shape_a, c.shape_b, c.body_a, c.body_b, c.pair = q.a, q.b, q.body_a, q.body_b, q.pair
-    c.touches += 1
+    if not take_slot(w, q, k):
+        return False
+    c, law = contact_at(w.contacts, q.slot), law_of(w, pair_at(w.pairs, q.pair))
     t = c.touch
-    law = law_of(w, pair_at(w.pairs, q.pair))
     reset(t, law, radius)
     t.share = share_of(t, sa, sb)
     t.e_star, t.g_star, t.stiffness = t.share * t.e_star, t.share * t.g_star, t.share * t.stiffness
-    clear(memory_of(w, q.slot))  # else what the last contact here left would show in saved states
-    t.mu = friction_of(pair_at(w.pairs, q.pair), sa, sb)
-    t.friction = t.mu
+    t.mu = t.friction = friction_of(pair_at(w.pairs, q.pair), sa, sb)
     store(c.normal, n)
     store(c.tangent, tangent(n))
     store(c.arm_a, arm_a)
@@ -83,6 +67,28 @@ def begin_contact(w, k, overlap):
         force.advance_contact(w, c, q.slot, ZERO, ZERO, 0.0, BY_ITSELF)
         store(c.force, scale(t.force, n))
         c.closing_acceleration = -t.force / t.mass
+    return True
+
+
+def take_slot(w, q, k):
+    """Close near pair q, of number k, with a contact that keeps its ledger alone; return whether there is a slot."""
+    if q.slot < 0:
+        if w.spares == 0:
+            w.lost += 1
+            return False
+        q.slot = new_slot(w)
+    q.closed = 1
+    for i in range(q.first, q.first + q.places):  # others of both now look for other places
+        other = near_at(w.near, i)
+        if other.closed == 0:
+            other.listed_gap, other.path_limit, other.checked, other.toi = -NEVER, -1.0, -1.0, 0.0
+    c = contact_at(w.contacts, q.slot)
+    link, before = c.link, c.initial_overlap
+    clear(contact_fields(w, q.slot, 0, LEDGER_NUMBER))
+    clear(memory_of(w, q.slot))  # else what the last contact here left would show in saved states
+    c.phase, c.near, c.link, c.initial_overlap = CLOSED, k, link, before
+    c.shape_a, c.shape_b, c.body_a, c.body_b, c.pair = q.a, q.b, q.body_a, q.body_b, q.pair
+    c.touches += 1
     return True
 
 
