@@ -319,6 +319,15 @@ def test_a_law_whose_force_is_not_finite_is_named() -> None:
             impact()
 
 
+@pytest.mark.parametrize("name", ["mindlin", "my law", "", 5, None])
+def test_a_name_that_text_cannot_tell_is_refused(name: object) -> None:
+    """MuJoCo's XML names laws by text: a law of one's own named "mindlin" acted there as the package's."""
+    with pytest.raises(ValueError, match=rf"Own\.name = {name!r}: must be one word, and not the name of a law of"):
+        type("Own", (Law,), {"name": name})
+    with pytest.raises(ValueError, match=r"Own\.name = 'microslip': must be one word, and not"):
+        type("Own", (Microslip,), {})
+
+
 def test_a_law_without_a_force_or_with_no_whole_memory_is_refused() -> None:
     class Forceless(Law):
         pass

@@ -62,6 +62,11 @@ class Law:
 
     def __init_subclass__(cls) -> None:
         if hasattr(cls, "name"):  # a base class of several laws has no name
+            holder = KNOWN.get(cls.name, cls).__module__
+            ours = holder.startswith("contactlaw.") and holder != cls.__module__  # text would mean that law
+            if ours or str(cls.name).split() != [cls.name]:
+                what = "must be one word, and not the name of a law of contactlaw"
+                raise ValueError(f"{cls.__name__}.name = {cls.name!r}: {what}")
             KNOWN[cls.name] = cls
 
     def __post_init__(self) -> None:
