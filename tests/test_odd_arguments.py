@@ -31,6 +31,7 @@ IMPACTS = {
     "inertia_ratio": 0.4, "normal_error": 0.01, "tangential_error": 0.01, "stiffness_ratio": 0.85,
     "hold_stiffness_ratio": False, "restitution": None, "restitution_law": None,
 }  # fmt: skip
+TREE = Tree([Part(1.0, 1.0, [Joint()])])
 
 FUNCTIONS = {
     "Material": (Material, {"youngs_modulus": 1e9, "poissons_ratio": 0.3, "density": 1.0}),
@@ -62,6 +63,7 @@ FUNCTIONS = {
         "gravity": (0, 0, -9.81), "timestep": 1e-3, "substeps": 100.0, "crowd_substeps": 20.0, "crowd": 4,
         "stillness": 1e-9,
     }),
+    "Tree of parts": (Tree, {"parts": TREE.parts}),
     "Tree": (
         lambda mass, inertia, parent, position, quaternion, **joint: Tree(
             [Part(mass, inertia, [Joint(**joint)], parent, position, quaternion)]
@@ -94,6 +96,8 @@ WORLD = {
     "add_height_field": {"body": None, "heights": np.zeros((3, 3)), "half_lengths": (1, 1), **PLACE},
     "add_contact": {"shapes1": 0, "shapes2": 1, "pair": PAIR},
     "place": {"body": 0, "position": (0, 0, 0), "velocity": (0, 0, 0), "quaternion": (1, 0, 0, 0), "spin": (0, 0, 0)},
+    "add_tree": {"tree": TREE, "q": [0.0], "v": [0.0]},
+    "place_tree": {"tree": 0, "q": [0.0], "v": [0.0]},
     "step": {"n": 0},
 }
 
@@ -130,6 +134,7 @@ def test_worlds_name_what_they_refuse(name):
         world = World()
         world.add_sphere(world.add_body(1.0, 1e-3), 0.1)
         world.add_plane(None, (0, 0, -1), (0, 0, 1))
+        world.add_tree(TREE)
         getattr(world, name)(**named)
 
     check_odd_arguments(call, WORLD[name], {"radius": "rounding", "half_length": "rounding"})

@@ -131,7 +131,7 @@ class Building(Shapes):
             tree: Its bodies and joints.
             q, v: Its coordinates and velocities, see `Tree`; None: `Tree.start`, and zeros.
         """
-        number, bodies = self.add_tree_of(tree.rows)
+        number, bodies = self.add_tree_of(checks.instance("tree", tree, Tree).rows)
         self.place_tree(number, tree.start if q is None else q, np.zeros(tree.v_size) if v is None else v)
         return number, bodies
 

@@ -76,12 +76,13 @@ class Tree:
     """
 
     def __init__(self, parts: Sequence[Part]) -> None:
-        if not parts:
-            raise ValueError("parts: is empty; give at least one body")
+        if not isinstance(parts, Sequence) or not parts:
+            raise ValueError(f"parts = {parts!r}: must be a sequence of Part, not empty")
         self.parts = list(parts)
         for number, part in enumerate(parts):
-            if not part.joints:
-                raise ValueError(f"joints: part {number} has none; make it one body with its parent")
+            joints = checks.instance(f"parts[{number}]", part, Part).joints
+            if not (isinstance(joints, Sequence) and joints and all(isinstance(one, Joint) for one in joints)):
+                raise ValueError(f"joints = {joints!r} of part {number}: must be a sequence of Joint, not empty")
             if checks.count("parent", part.parent, -1) >= number:
                 raise ValueError(f"parent = {part.parent} of part {number}: must be -1, for none, or an earlier part")
         self.rows = records_of([_checked(part) for part in parts])
