@@ -124,6 +124,7 @@ class ContactCallback:
 
         Its bodies may have been removed already.
         """
+        client_of(self._client)  # before anything is changed
         contact = self._contact(handle)
         self._change({other: value for other, value in self._contacts.items() if other != handle})
         there = {body for body in contact.bodies if self._tags.is_there(body)}

@@ -49,6 +49,18 @@ def test_reset_simulation_is_noticed_though_all_bodies_are_where_they_were(clien
         step(callback)
 
 
+def test_contacts_are_removed_after_a_new_connection_if_not_before(client: int) -> None:
+    """Half of what `remove_all` does was done when PyBullet raised its error; then nothing could be added anew."""
+    _, callback, _ = resting(client)
+    p.disconnect(client)
+    with pytest.raises(ValueError, match=rf"client = {client}: must be the id of a connected physics client"):
+        callback.remove_all()
+    assert p.connect(p.DIRECT) == client
+    callback.remove_all()
+    callback.add_contact(ball(client, [0, 0, RADIUS]), plane(client), pair_of(restitution=0.5))
+    step(callback)
+
+
 @pytest.mark.parametrize("which", [0, 1])
 def test_another_body_in_the_place_of_a_removed_one_is_noticed(client: int, which: int) -> None:
     """Though it gets the same id, so that there are as many bodies as before, and nothing has moved."""
