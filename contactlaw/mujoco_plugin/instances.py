@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.mujoco_plugin import config, layout
-from contactlaw.mujoco_plugin.geoms import Bits, Shape, native_margin, touch, type_of
+from contactlaw.mujoco_plugin.geoms import MAX_NAMES, Bits, Shape, first_of, native_margin, touch, type_of
 from contactlaw.world.near.sets import Sets, groups
 
 FREE = int(mujoco.mjtJoint.mjJNT_FREE)
@@ -226,7 +226,8 @@ def check(view: layout.ModelView, known: list[ContactInstance], moves: Callable[
     holders: dict[int, set[int]] = {}  # of each geom the contacts that hold it, so far
     for number, member in enumerate(known):
         if not any(moves(geom) for geom in member.geoms):
-            raise ValueError("geom1, geom2: none of these geoms can move")
+            names = first_of([view.label("geom", geom) for geom in member.geoms], MAX_NAMES)
+            raise ValueError(f"{names}: none of these geoms can move")
         if member.native:
             continue
         near = [set[int]().union(*(holders.get(geom, ()) for geom in side)) for side in member.sides]

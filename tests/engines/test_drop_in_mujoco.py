@@ -171,7 +171,7 @@ OPTION = '<option timestep="1e-5" gravity="0 0 0"/>'
         (SCENE, ("upper", "floor", PAIR), {"substep": 20}, "setting = 'substep': must be .*did you mean 'substeps'"),
         (SCENE, ("upper", "floor", PAIR), {"others": "no"}, "others = 'no': must be True or False"),
         (SCENE, ("upper", "floor", PAIR), {"as_native": 0}, "as_native = 0: must be True or False"),
-        (STILL, ("floor", "still", steel_pair(radius=1.0)), {}, "none of these geoms can move"),
+        (STILL, ("floor", "still", steel_pair(radius=1.0)), {}, "'floor', 'still': none of these geoms can move"),
         (TORUS, ("other", "ring", PAIR), {}, "sdf .ring.: MuJoCo computes no reliable distance"),
         (TORUS, (["my ball", "other"], "ring", PAIR), {}, "sdf .ring.: MuJoCo computes no reliable distance"),
         (SCENE.replace(OPTION, '<compiler discardvisual="true"/>'), ("upper", "floor", PAIR), {"others": False},
