@@ -38,7 +38,7 @@ TEXTS = DOUBTFUL | {
     "the law's contacts are off",
     SLEEPS: "enableflags: sleep is on; what the engine puts to sleep does not rest by the law",
     UNSAVED: "plugin_state has no room for {:.0f} of the contacts: they start anew when this state is restored",
-    TOWED: "body {:.0f} carries others by joints and moves with a mocap body: contacts do not know its velocity; give "
+    TOWED: "body {} carries others by joints and moves with a mocap body: contacts do not know its velocity; give "
     "it a free joint, and weld it to the mocap body by an equality",
     FULL: "more contacts at once than the {:.0f} that there is room for: the others are ignored",
     LEFT_OUT: "more pairs of near shapes than the {:.0f} that there is room for: it may pass through others, and "

@@ -90,7 +90,7 @@ def _rebuild_block(view: layout.ModelView, data: int) -> str:
     first = contact_instances(view)[0]
     slot = _block_slot(data, first)
     old = record_at(slot.value, HEAD, 1)[0]
-    changed = notices.update_watched(old)
+    changed, kinds = notices.update_watched(old), ""
     try:
         kinds = _checked_types(view, changed["geom_type"])
         made = _new_block(view, first)
@@ -99,7 +99,8 @@ def _rebuild_block(view: layout.ModelView, data: int) -> str:
             return f"{kinds}: needs more room than plugin_state has"
         named = (*notices.OF_BODIES, *notices.OF_GEOMS)
         rows = [f"{name} of {view.label(name[:4], row)}" for name in named for row in changed[name]]
-        return str(error) if changed["geom_type"] or not rows else f"{first_of(rows, MAX_NAMES)}: {error}"
+        what = kinds if changed["geom_type"] else first_of(rows, MAX_NAMES)
+        return f"{what}: {error}" if what else str(error)
     new = record_at(made, HEAD, 1)[0]
     before, now = map(View, (old, new))
     resized = any(changed[name] for name in ("geom_type", "geom_size", *notices.OF_FIELDS))
@@ -138,7 +139,8 @@ def report(address: int, code: int, value: float, *geoms: int) -> None:
     where = " on ".join(f"{geom} of body {body}" for geom, body in ends) or "contacts"
     why = _rebuild_block(view, int(head["data"])) if edited else ""
     if why or not edited:
-        text = f"{where} at {time:.6g} s: {notices.TEXTS[code].format(value)}{why}"
+        told = view.label("body", int(value)) if code == notices.TOWED else value
+        text = f"{where} at {time:.6g} s: {notices.TEXTS[code].format(told)}{why}"
         warnings.warn(text, ContactWarning, stacklevel=3)
 
 

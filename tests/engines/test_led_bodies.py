@@ -150,7 +150,7 @@ def test_what_hangs_by_joints_on_a_body_that_is_led_is_told_of(recwarn):
     for _ in range(20):
         data.mocap_pos[0, 2] -= 1e-3
         mujoco.mj_step(model, data)
-    assert len([one for one in recwarn if "body 1 carries others by joints" in str(one.message)]) == 1
+    assert len([one for one in recwarn if "body 'base' carries others by joints" in str(one.message)]) == 1
 
 
 def test_a_fixed_base_with_joints_that_is_led_is_told_of(client, recwarn):

@@ -365,6 +365,13 @@ def test_a_type_that_a_geom_cannot_become_is_refused_and_the_old_one_stays(kind)
     assert data.qpos[2] == pytest.approx(0.1, abs=2e-3)
 
 
+def test_a_type_whose_size_is_refused_is_named():
+    model, data = with_data(load_model(TYPED.format("sphere"), [("*", "*", ContactPair(RUBBER, RUBBER, 0.3, 0.5))]))
+    model.geom_type[1], model.geom_size[1, 1:] = mujoco.mjtGeom.mjGEOM_BOX, 0.0
+    with pytest.warns(ContactWarning, match=r"old values: geom_type = box of geom 'one': half_lengths = "):
+        mujoco.mj_step(model, data, 100)
+
+
 def test_a_box_that_becomes_a_ball_lies_on_as_one():
     """It needs less of plugin_state; that was taken for damaged."""
     model, data = with_data(load_model(TYPED.format("box"), [("*", "*", ContactPair(RUBBER, RUBBER, 0.3, 0.5))]))
