@@ -74,6 +74,8 @@ class ContactPair:
             if isinstance(value, OverSpeed):
                 for extreme in (np.min, np.max):
                     check(f"{name} at some speed", float(extreme(value(value.points))))
+            elif callable(value):
+                raise ValueError(f"{name} = {value!r}: must be a number, or one of contactlaw.losses, such as a Table")
             else:
                 object.__setattr__(self, name, check(name, value))
         checks.set_fields(self, rolling_resistance=checks.not_negative, law=lambda _, law: law_of(law))

@@ -154,6 +154,8 @@ def test_what_does_not_belong_is_refused() -> None:
                 lambda: Table((0.1, 0.2), (0.9,)), lambda: FallingFriction(-0.1, 0.0, 1.0)):  # fmt: skip
         with pytest.raises(ValueError):
             bad()
+    with pytest.raises(ValueError, match=r"friction = <function .* must be a number, or one of contactlaw\.losses"):
+        ContactPair("steel", "steel", lambda speed: 0.3)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="restitution at some speed"):
         ContactPair("steel", "steel", 0.3, Table((0.1, 1.0), (1.1, 0.8)))
     with pytest.raises(ValueError, match="friction at some speed"):
