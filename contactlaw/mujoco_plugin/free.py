@@ -183,6 +183,13 @@ def axes_of(b, f):
     return own, turn_by(own, load(f.offset))
 
 
+def slept_on(head, f):
+    """Return whether a body sleeps where it was at the start of the step: else it has moved and then fallen asleep."""
+    b = body_at(world_at(head.world, 0).bodies, f.body)
+    position, turn = pose_in(f, shifted(head.start, 1))
+    return b.asleep != 0 and position == load(b.position) and turn == load4(b.quaternion)
+
+
 def hold_free(head, f):
     """Set a body back to where it was at the start of the step, at rest."""
     d = data_at(head.data, 0)
@@ -197,7 +204,7 @@ def write_free(head, f, pushes_io):
     touched.
     """
     b, d = body_at(world_at(head.world, 0).bodies, f.body), data_at(head.data, 0)
-    if b.asleep != 0:
+    if slept_on(head, f):
         hold_free(head, f)
         return
     if b.touched == 0:

@@ -198,6 +198,15 @@ def test_a_ball_comes_to_rest_at_its_static_overlap_and_stays(make: Make, restit
         assert not state.velocity.any() and not state.spin.any()
 
 
+@pytest.mark.parametrize("height", [0.0, 3e-4])
+def test_a_ball_that_lands_and_falls_asleep_within_a_step_lies_on_the_floor(make: Make, height: float) -> None:
+    pair = pair_of(restitution=0.1)
+    world = over_floor(make(2e-2, -GRAVITY * UP), pair, height)
+    world.step(6)
+    depth = RADIUS - world.read().position[0, 2]
+    assert depth == pytest.approx(static_overlap(pair, MASS * GRAVITY, RADIUS), rel=1e-6)
+
+
 # Finely integrated chains of Hertz contacts, the first ball at 1 m/s (scipy, rtol 1e-11).
 CHAINS = {
     3: [-0.07095, 0.07640, 0.99455],
