@@ -168,8 +168,10 @@ class Scene:
     def _take_over(self, old: Scene) -> None:
         """Take over the state of contacts and bodies that are still there."""
         mine, theirs = self.bodies.arrays, old.bodies.arrays
-        for handle in self._contacts.keys() & old._contacts.keys():
-            mine.pairs["ledger"][self._handles.index(handle)] = theirs.pairs["ledger"][old._handles.index(handle)]
+        both = self._contacts.keys() & old._contacts.keys()
+        pairs = {old._handles.index(handle): self._handles.index(handle) for handle in both}
+        for number, new in pairs.items():
+            mine.pairs["ledger"][new] = theirs.pairs["ledger"][number]
         before = {one.bodies: one for one in old.bodies.trees}
         for one in self.bodies.trees:
             was = before.get(one.bodies)
@@ -195,4 +197,4 @@ class Scene:
                 if not same:
                     mine.bodies["held"][i + 1] = np.nan
                     mine.world["edited"] = EDITED
-        self.bodies.bind(with_contacts_of(mine, theirs, numbers))
+        self.bodies.bind(with_contacts_of(mine, theirs, numbers, pairs))

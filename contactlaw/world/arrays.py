@@ -9,7 +9,7 @@ import numpy as np
 from contactlaw.laws.record import PAIR as LAW
 from contactlaw.laws.record import PAIR_SIZE
 from contactlaw.world.data import kinds
-from contactlaw.world.data.records import FREE, RECORDS, SCRATCH, WORLD, Array, Arrays, numbers_of
+from contactlaw.world.data.records import EDITED, FREE, RECORDS, SCRATCH, WORLD, Array, Arrays, numbers_of
 from contactlaw.world.implicit.equations import room_for
 from contactlaw.world.shapes.functions import write_addresses
 from contactlaw.world.shapes.hulls import by_direction
@@ -199,16 +199,19 @@ def restored(saved: Arrays, own: Arrays) -> Arrays:
     return with_own_code(made, own.numbers)
 
 
-def with_contacts_of(one: Arrays, old: Arrays, shapes: dict[int, int]) -> Arrays:
+def with_contacts_of(one: Arrays, old: Arrays, shapes: dict[int, int], pairs: dict[int, int]) -> Arrays:
     """Return a world with the contacts of an older one; what slept in others wakes, as it may have lain on them.
 
-    shapes: numbers of the shapes that are in both, by the old.
+    Where shapes have another pair of materials now, their contact begins anew with the overlap that is there.
+    shapes, pairs: numbers of the shapes and of the pairs of materials that are in both, by the old.
     """
     for slot in np.flatnonzero(old.contacts["phase"] != FREE):
         c = old.contacts[slot]
         a, b = shapes.get(int(c["shape_a"])), shapes.get(int(c["shape_b"]))
         pair = -1 if a is None or b is None else one.groups[one.shapes["group"][a], one.shapes["group"][b]]
-        if pair < 0:
+        if pair < 0 or pair != pairs.get(int(c["pair"])):
+            if pair >= 0:
+                one.world["edited"] = EDITED
             one.bodies["held"][[one.shapes["body"][shape] for shape in (a, b) if shape is not None]] = np.nan
             continue
         one = with_more_room(one) if one.world["spares"][0] == 0 else one

@@ -6,9 +6,10 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from pybullet_scenes import RADIUS, ball, p, pair_of, plane, step, velocities
+from pybullet_scenes import RADIUS, ball, in_contact, p, pair_of, plane, step, velocities
 
 from contactlaw.pybullet_callback import ContactCallback
+from sims.contact_point import static_overlap
 
 
 def native_pairs(client: int, bodies: list[int]) -> set[tuple[int, int]]:
@@ -98,3 +99,20 @@ def test_after_reset_simulation_the_sets_may_be_added_again(client: int) -> None
         assert native_pairs(client, [floor, body, beside]) == set()
         p.resetSimulation(client)
         callback.remove_all()
+
+
+def test_a_contact_in_place_of_another_has_its_own_pair(client: int) -> None:
+    """A ball that slides begins to roll faster; one that sleeps sinks to the overlap at rest of a softer material."""
+    floor, sliding, lying = plane(client), ball(client, [0, 0, RADIUS], [2.0, 0, 0]), ball(client, [1, 0, RADIUS])
+    callback, handle = in_contact(
+        client, [sliding, lying], floor, pair_of(friction=0.02, restitution=0.3), dt=2e-3, gravity=9.81
+    )
+    step(callback, 50)
+    callback.remove_contact(handle)
+    new = pair_of("rubber", friction=0.1, restitution=0.3)
+    callback.add_contact([sliding, lying], floor, new)
+    before = velocities(client, sliding)[0][0]
+    step(callback, 200)
+    assert before - velocities(client, sliding)[0][0] == pytest.approx(0.1 * 9.81 * 0.4, rel=5e-3)
+    depth = RADIUS - p.getBasePositionAndOrientation(lying, client)[0][2]
+    assert depth == pytest.approx(static_overlap(new, 0.5 * 9.81, RADIUS), rel=1e-6)
