@@ -183,11 +183,10 @@ def axes_of(b, f):
     return own, turn_by(own, load(f.offset))
 
 
-def slept_on(head, f):
-    """Return whether a body sleeps where it was at the start of the step: else it has moved and then fallen asleep."""
-    b = body_at(world_at(head.world, 0).bodies, f.body)
+def has_stayed(head, f, b):
+    """Return whether the world has a body just where it was at the start of the step."""
     position, turn = pose_in(f, shifted(head.start, 1))
-    return b.asleep != 0 and position == load(b.position) and turn == load4(b.quaternion)
+    return position == load(b.position) and turn == load4(b.quaternion)
 
 
 def hold_free(head, f):
@@ -204,7 +203,7 @@ def write_free(head, f, pushes_io):
     touched.
     """
     b, d = body_at(world_at(head.world, 0).bodies, f.body), data_at(head.data, 0)
-    if slept_on(head, f):
+    if b.asleep != 0 and has_stayed(head, f, b):  # what falls asleep after it has moved is written like others
         hold_free(head, f)
         return
     if b.touched == 0:
