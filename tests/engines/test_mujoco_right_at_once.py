@@ -228,3 +228,24 @@ def test_a_ball_rises_to_its_height_in_steps_of_two_halves(integrator):
         found.append(0.5 * (data.qvel[2] - 0.5 * 2e-3 * 9.81) ** 2 + 9.81 * data.qpos[2])
     floor = 9.81 * model.qpos0[2]
     assert found[2:] == pytest.approx([floor + 0.5 * 0.8**2 * square] * 58, abs=1e-3)
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "implicit"])
+@pytest.mark.parametrize("joints", ['<joint axis="1 0 0"/><joint axis="0 1 0"/>', '<joint type="ball"/>'])
+def test_an_impact_of_what_turns_about_several_axes_keeps_its_energy(joints: str, integrator: str) -> None:
+    """Without other forces the engine's velocities are the true ones: an impact without loss keeps their energy."""
+    scene = f"""<mujoco><option timestep=".005" gravity="0 0 0" integrator="{integrator}"/><worldbody>
+        <geom name="floor" type="plane" size="1 1 1" pos="0 0 -.05"/><body>{joints}
+        <geom type="box" size=".1 .05 .02" contype="0" conaffinity="0"/>
+        <geom name="tip" size=".02" pos=".1 0 0" mass=".1"/></body></worldbody></mujoco>"""
+    model = load_model(scene, [("tip", "floor", steel_pair(friction=0.0, restitution=1.0))])
+    data, energies = mujoco.MjData(model), list[float]()
+    data.qvel[:2] = 10.0, 5.0
+    while not contacts_of(model, data):
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_energyVel(model, data)
+        energies.append(data.energy[1])
+        mujoco.mj_step(model, data)
+    mujoco.mj_fwdPosition(model, data)
+    mujoco.mj_energyVel(model, data)
+    assert data.energy[1] == pytest.approx(energies[-1], rel=1e-5)

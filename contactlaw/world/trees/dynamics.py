@@ -151,10 +151,10 @@ def start_link(t, i):
         axis = axis_at(t.axes, k)
         if axis.begins != 0:
             w, u = spin, velocity
-        e, s = scale(v[k], load(axis.spin)), scale(v[k], load(axis.velocity))
+        rate = v[k] if t.unmoved == 0 else 0.0
+        e, s = scale(rate, load(axis.spin)), scale(rate, load(axis.velocity))
         turning = add(turning, cross(w, e))
-        if t.unmoved == 0:  # else the velocity of the body, which would cancel the first of these, is zero
-            gain = add(gain, add(cross(u, e), cross(w, s)))
+        gain = add(gain, add(cross(u, e), cross(w, s)))
         spin = add(spin, e)
         velocity = add(velocity, s)
     store(link.bias_turning, turning)
