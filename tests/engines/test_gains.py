@@ -127,6 +127,25 @@ def test_a_ball_joint_keeps_its_swing_beside_a_tendon_in_a_tree_that_is_pressed(
     assert 0.5e-3 * data.qvel[4] ** 2 + 0.5 * 0.1 * data.qpos[5] ** 2 == pytest.approx(2e-3, rel=1e-3)
 
 
+@pytest.mark.parametrize("step", [1e-3, 4e-3])
+@pytest.mark.parametrize("integrator", ["Euler", "RK4"])
+def test_the_spring_of_a_free_joint_swings_what_slides_beside_a_tendon(integrator, step):
+    """The tendon is that of a hinge which the ball carries; the swing is sqrt(k/m), nothing is lost or gained."""
+    model = load_model(
+        f"""<mujoco><option timestep="{step}" integrator="{integrator}"/><worldbody><geom type="plane" size="1 1 .1"/>
+        <body pos="0 0 .05"><joint type="free" stiffness="20"/><geom size=".05" mass="1"/><body pos="0 0 .1">
+        <joint name="x" axis="0 0 1"/><inertial pos="0 0 0" mass=".25" diaginertia="1e-3 1e-3 1e-3"/></body></body>
+        </worldbody><tendon><fixed stiffness=".1"><joint joint="x" coef="1"/></fixed></tendon></mujoco>""",
+        [("*", "*", ContactPair("rubber", "rubber", friction=0.0, restitution=0.5))],
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, round(0.4 / step))
+    data.qpos[0], start = 0.1, data.time
+    mujoco.mj_step(model, data, round(3.0 / step))
+    assert contacts_of(model, data)[0].touching
+    assert data.qpos[0] == pytest.approx(0.1 * np.cos(4.0 * (data.time - start)), abs=5e-4)
+
+
 LEG = """<mujoco><option gravity="0 0 0"/><worldbody><geom name="floor" type="plane" size="1 1 1" contype="0"/>
     <body pos="0 0 .1775"><joint type="slide" axis="0 0 1"/><geom size=".03" mass=".3" contype="0"/>
     <body><joint axis="0 1 0" limited="true" range="-30 30"/><geom size=".01" pos="0 0 -.05" mass=".1" contype="0"/>

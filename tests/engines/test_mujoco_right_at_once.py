@@ -249,3 +249,24 @@ def test_an_impact_of_what_turns_about_several_axes_keeps_its_energy(joints: str
     mujoco.mj_fwdPosition(model, data)
     mujoco.mj_energyVel(model, data)
     assert data.energy[1] == pytest.approx(energies[-1], rel=1e-5)
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "RK4"])
+@pytest.mark.parametrize(("servo", "joint"), [('forcerange="-30 30"', ""), ("", 'actuatorfrcrange="-30 30"')])
+def test_a_servo_at_its_force_limit_throws_a_ball_at_the_floor_by_a_constant_force(servo, joint, integrator):
+    """Closed form, but for the time that the impact takes."""
+    timestep, fall = 5e-3, 30.0 + 9.81
+    model = load_model(
+        f"""<mujoco><option timestep="{timestep}" integrator="{integrator}"/><worldbody>
+        <geom name="floor" type="plane" size="1 1 1"/><body pos="0 0 .15"><joint name="rail" type="slide" axis="0 0 1"
+        {joint}/><geom name="ball" size=".05" mass="1"/></body></worldbody>
+        <actuator><position joint="rail" kp="1000" kv="20" {servo}/></actuator></mujoco>""",
+        [("ball", "floor", steel_pair(friction=0.0, restitution=0.9))],
+    )
+    data, lag = mujoco.MjData(model), 0.0 if integrator == "RK4" else 0.5 * timestep
+    data.ctrl[0], data.qvel[0] = -0.3, lag * fall
+    mujoco.mj_step(model, data, 20)
+    struck = (2.0 * 0.1 / fall) ** 0.5
+    left, since = 0.9 * fall * struck, data.time - struck
+    assert data.qvel[0] - lag * fall == pytest.approx(left - fall * since, abs=1e-2)
+    assert data.qpos[0] == pytest.approx(left * since - 0.5 * fall * since**2 - 0.1, abs=4e-4)
