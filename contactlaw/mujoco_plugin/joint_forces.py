@@ -65,6 +65,7 @@ def read_limits(head, j, t):
         axis.edge = axis.side * q - beyond + doubles_at(d.efc_margin)[row]
         stiffness, weight = reference[0] * reference[2], doubles_at(d.efc_D)[row]
         weight /= 1.0 + ahead * (reference[1] + ahead * stiffness)
+        axis.mass = weight
         axis.weight = weight / (1.0 + weight * answer_to(t, k)[k])
         axis.stiffness, axis.resistance = axis.weight * stiffness, axis.weight * reference[1]
         given[k] = axis.side * force

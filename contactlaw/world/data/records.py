@@ -156,7 +156,7 @@ AXIS = record(
     side="f8",  # 1: of a least coordinate, -1: of a greatest one, 0: none is active
     coordinate="i8", edge="f8",  # number of the coordinate; its limit, times `side`
     hold="f8", stiffness="f8", resistance="f8",  # force at the limit at rest; its slopes with coordinate and velocity
-    weight="f8", answered="i8",  # [kg], [kg m^2], slope with the acceleration by others; 1: `answers` has its column
+    mass="f8", weight="f8", answered="i8",  # slopes with the acceleration, with that by others; 1: `answers` has it
 )  # fmt: skip
 """A degree of freedom of a tree."""
 

@@ -270,11 +270,14 @@ def add_damping(b):
         for i in range(n):
             out[k, i] += t.stage * d[k, i] + square * springs[k, i]
         if axis.side != 0.0 and dynamics.limit_force(axis, q, v[k]) > 0.0:
-            out[k, k] += t.stage * (axis.resistance + t.stage * axis.stiffness)
+            share = axis.mass / axis.weight
+            out[k, k] += axis.mass + share * t.stage * (axis.resistance + t.stage * axis.stiffness)
 
 
-def resist(t, force):
+def resist(t, force, x, rate):
     """Find the force of damping and active limits less that at the start of the step: -D (V - v), and of limits.
+
+    x, rate: velocities without contacts less V, and what makes accelerations of these, which limits resist like a mass.
 
     Springs keep the force of the start, unless they are too stiff for that.
     """
@@ -288,8 +291,10 @@ def resist(t, force):
         for i in range(first, end):
             force[k] -= d[k, i] * (v[i] - v0[i])
         if axis.side != 0.0:
-            now, before = dynamics.limit_force(axis, q, v[k]), dynamics.limit_force(axis, q0, v0[k])
-            force[k] += axis.side * (max(now, 0.0) - max(before, 0.0))
+            begun = dynamics.limit_force(axis, q0, v0[k])
+            now = begun + axis.mass / axis.weight * (dynamics.limit_force(axis, q, v[k]) - begun)
+            now += rate * axis.mass * axis.side * x[k]
+            force[k] += axis.side * (max(now, 0.0) - max(begun, 0.0))
     if is_stiff(t):
         dynamics.pull(t, 1.0, force, vector(t.room + 16 * n, n))
 
@@ -306,8 +311,8 @@ def balance(b):
     """
     t = tree_at(b.tree, 0)
     x, force, diagonal = vector(t.x, t.v_size), vector(t.room, t.v_size), vector(t.weights, t.v_size)
+    resist(t, force, x, 1.0 / t.stage)
     weigh(t, x)
-    resist(t, force)
     for k in range(t.v_size):
         x[k] += t.stage * force[k]
         diagonal[k] = axis_at(t.axes, k).inertia + t.stage * vector(t.d, (t.v_size, t.v_size))[k, k]
@@ -352,7 +357,7 @@ def take_middle(b):
         v[k] = v0[k] + ahead * (v[k] - v0[k])
     move_from_start(b)
     call_on_tree(t.accelerate, t)
-    resist(t, force)
+    resist(t, force, x, 0.0)
     for k in range(n):
         x[k] = carried[k] - t.span * force[k]  # the stages themselves have damping and limits
     dynamics.solve(t, x)
