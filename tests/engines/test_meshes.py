@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from contactlaw import ContactPair
+from contactlaw.world.shapes import hulls
+from contactlaw.world.shapes.hulls import convex_hull
 
 PAIR = ContactPair("steel", "steel", friction=0.4, restitution=0.5)
 CORNERS = [[x, y, z] for x in (-0.02, 0.02) for y in (-0.02, 0.02) for z in (-0.02, 0.02)]
@@ -150,3 +152,19 @@ def test_fast_parts_do_not_crowd_a_ball_out_of_the_list(room, monkeypatch):
     assert len(said) == (0 if room is None else 1)
     if room is None:
         assert data.qpos[14] == pytest.approx(0.05, abs=1e-5)
+
+
+def test_mujoco_finds_the_hull_of_a_mesh_once(monkeypatch):
+    """Not for each mjData, nor after each edit of the model: a robot's hulls take half a second."""
+    mujoco = pytest.importorskip("mujoco")
+    if numba.config.DISABLE_JIT:
+        pytest.skip("the MuJoCo plugin needs compiled callbacks")
+    from contactlaw.mujoco_plugin import load_model
+
+    model = load_model(heap(1e-3), [("*", "*", PAIR)])
+    data, found = mujoco.MjData(model), []
+    monkeypatch.setattr(hulls, "convex_hull", lambda *what, **more: found.append(what) or convex_hull(*what, **more))
+    mujoco.MjData(model)
+    model.body_mass[1:] *= 1.1
+    mujoco.mj_step(model, data)
+    assert not found

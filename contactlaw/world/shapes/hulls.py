@@ -6,6 +6,10 @@ r has the faces of the hull, and edges and vertices of radius r. Where faces are
 vertices would pass each other and come out of other faces: then all corners of the core are found, without such faces.
 """
 
+from collections.abc import Callable
+from functools import lru_cache, wraps
+from typing import Any
+
 import numpy as np
 
 from contactlaw.world.data.records import Array
@@ -18,6 +22,12 @@ SHARE = 0.1  # default radius, of the least distance of a face from the middle
 SHARP = 0.9  # cosine of the angle between faces: flatter edges are no shapes of their own
 BLUNT = 0.1  # relative cutoff of singular values of the normals at a vertex in the least squares that move it
 CLEARLY = 1e-9  # of the size: margin by which one vertex is further than another, for rounding
+
+
+def of_points(find: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function of points (m, 3) that keeps its last results: meshes are read anew for each mjData and edit."""
+    kept = lru_cache(maxsize=256)(lambda numbers, *more: find(np.frombuffer(numbers).reshape(-1, 3), *more))
+    return wraps(find)(lambda points, *more: kept(np.asarray(points, np.float64).tobytes(), *more))
 
 
 def apart(points: Array) -> list[int] | None:
@@ -89,6 +99,7 @@ def _heights(places: Array, points: Array, faces: Array) -> Array:
     return places @ n.T - (n * points[faces[:, 0]]).sum(1)
 
 
+@of_points
 def core_of(points: Array, radius: float | None = None) -> tuple[Array, list[tuple[int, int]], float]:
     """Return the core of the hull of points (m, 3): vertices (n, 3), sharp edges by both ends, and the radius [m].
 
@@ -131,6 +142,7 @@ def _corners(normals: Array, heights: Array, margin: float) -> Array:
     return np.concatenate([to[own] + end[own, None] * along[own] for end in (low, high)])
 
 
+@of_points
 def by_direction(vertices: Array) -> Array:
     """Return the vertices (n, 3) that can be furthest along a direction, by cell of directions, see `gjk.cell_of`.
 
