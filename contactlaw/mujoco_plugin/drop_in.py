@@ -30,6 +30,10 @@ from contactlaw.world.readout import PUT_IN
 Source = str | bytes | os.PathLike[str]
 NEEDS = "<!-- before this is read: import contactlaw.mujoco_plugin -->"
 NAMED = 5  # overlapping pairs in a message
+NO_SLEEP = (
+    'model: <flag sleep="enable"/> is turned off, as what the engine puts to sleep would not wake when the law strikes '
+    "it; what rests by the law sleeps anyway"
+)
 INSIDE = 0.1  # depth over the radius of the smaller bounding sphere: deeper than any contact
 
 
@@ -136,9 +140,10 @@ def _compile_with_contacts(
 ) -> tuple[mujoco.MjSpec, mujoco.MjModel]:  # fmt: skip
     """Return the specification with the law in it, and the compiled model; see `load_model`."""
     spec = _spec_of(model, assets)
+    if spec.option.enableflags & layout.SLEEP:
+        spec.option.enableflags &= ~layout.SLEEP
+        warnings.warn(NO_SLEEP, ContactWarning, stacklevel=3)
     plain = spec.compile()
-    if plain.opt.enableflags & layout.SLEEP:  # `init` does not see it, as compiling turns it off
-        raise ValueError('model: <flag sleep="enable"/> must be off; a body that is struck by the law would not wake')
     if not isinstance(contacts, Mapping):
         for name, own in (("friction", friction), ("restitution", restitution)):
             if own is not None:

@@ -293,7 +293,8 @@ def replace_all(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[Co
             continue
         why = why_native(one, two)
         if why is None:
-            served.update(kinds[first], kinds[second])
+            if _can_meet(plain, kinds[first], kinds[second]):
+                served.update(kinds[first], kinds[second])
             continue
         kept[first].add(second)
         kept[second].add(first)

@@ -176,7 +176,6 @@ OPTION = '<option timestep="1e-5" gravity="0 0 0"/>'
         (TORUS, (["my ball", "other"], "ring", PAIR), {}, "sdf .ring.: MuJoCo computes no reliable distance"),
         (SCENE.replace(OPTION, '<compiler discardvisual="true"/>'), ("upper", "floor", PAIR), {"others": False},
          "others = False: .*discardvisual"),
-        (SCENE.replace(OPTION, '<option><flag sleep="enable"/></option>'), ("upper", "floor", PAIR), {}, "sleep"),
         (SCENE.replace(OPTION, '<option><flag spring="disable" damper="disable"/></option>'), ("upper", "floor", PAIR),
          {}, "spring"),
         ("nowhere.xml", ("upper", "floor", PAIR), {}, "model = 'nowhere.xml': no such file"),
@@ -188,6 +187,19 @@ OPTION = '<option timestep="1e-5" gravity="0 0 0"/>'
 def test_what_the_law_cannot_serve_is_refused(scene, contact, settings, message):
     with pytest.raises(ValueError, match=message):
         load_model(scene, [contact], **settings)
+
+
+def test_sleeping_of_the_engine_is_turned_off():
+    with pytest.warns(ContactWarning, match="sleep.* is turned off"):
+        model = load_model(SCENE.replace(OPTION, '<option><flag sleep="enable"/></option>'), [("upper", "floor", PAIR)])
+    assert model.opt.enableflags == 0
+
+
+def test_geoms_that_can_meet_nothing_by_the_law_are_left_to_the_engine():
+    free = '<geom type="plane" size="1 1 1"/><body><freejoint/><geom name="ring"'
+    scene = TORUS.replace("<freejoint/>", "").replace('<geom name="ring"', free).replace("</geom>", "</geom></body>")
+    with pytest.warns(ContactWarning, match="does not serve"), pytest.warns(ContactWarning, match="nothing is added"):
+        assert not instances_of(load_model(scene, [("*", "*", PAIR)]))
 
 
 def test_the_same_two_cannot_be_had_twice():
