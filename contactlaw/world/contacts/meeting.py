@@ -5,6 +5,7 @@ from contactlaw.world.data.access import contact_at, near_address, near_at, shap
 from contactlaw.world.data.call import ask_separation
 from contactlaw.world.data.kinds import BOX, EDGE, ELLIPSOID, SEGMENT
 from contactlaw.world.data.quaternion import rotate
+from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import add, dot, load, norm, sub
 from contactlaw.world.shapes import geometry
 from contactlaw.world.shapes.core import clip, set_back
@@ -55,7 +56,7 @@ def meet_sunk(c, sa, a, sb, b, found):
     if not found[0] > geometry.SUNK * least:
         return found
     held = rotate(load(b.twist), load(c.normal))
-    held, low, high, lowest = ask_separation(where, sa, a, sb, b, held)
+    held, low, high, lowest = ask_separation(where, sa, a, sb, b, held, NEVER)
     deeper = high - low + swept
     if deeper > max(c.touch.overlap + c.initial_overlap, most) + a.next_path + b.next_path:
         return found
