@@ -253,7 +253,7 @@ def hash_of(key, cells):
 
 def list_around(w, i, level, width, cells):
     """List shape i with the near shapes of a level in the 27 cells around it; pairs of one level only once."""
-    shapes = w.shape_count
+    shapes, body = w.shape_count, shape_at(w.shapes, i).body
     same = whole_at(w.grid, cells + shapes + i) == level
     x, y, z = cell_of(w, i, width)
     for n in range(13 if same else 0, 27):  # 13: its own cell; of two cells of a level one is enough
@@ -261,7 +261,7 @@ def list_around(w, i, level, width, cells):
         j = whole_at(w.grid, hash_of(key, cells))
         while j >= 0:
             own = whole_at(w.grid, cells + 3 * shapes + j) == key and whole_at(w.grid, cells + shapes + j) == level
-            if own and (j < i or n != 13 or not same):
+            if own and (j < i or n != 13 or not same) and shape_at(w.shapes, j).body != body:
                 list_pair(w, max(i, j), min(i, j))
             j = whole_at(w.grid, cells + j)
 
