@@ -267,8 +267,8 @@ def test_limbs_that_lie_on_the_floor_come_to_rest() -> None:
 @pytest.mark.parametrize(
     ("parts", "message"),
     [
-        ([], "parts: is empty"),
-        ([Part(1.0, 1.0, [])], "part 0 has none"),
+        ([], r"parts = \[\]: must be a sequence of Part, not empty"),
+        ([Part(1.0, 1.0, [])], r"joints = \[\] of part 0: must be"),
         ([Part(1.0, 1.0, [Joint("screw")])], "kind = 'screw': must be one of"),
         ([Part(1.0, 1.0, [Joint()], 0)], "parent = 0 of part 0: must be -1, for none, or an earlier part"),
         ([Part(1.0, 1.0, [Joint()]), Part(1.0, 1.0, [Joint("free")], 0)], "free joint behind another"),
