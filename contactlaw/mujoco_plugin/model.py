@@ -300,9 +300,11 @@ class Model:
         if shape.type == "hfield":
             first, rows, columns = int(m.hfield_adr[data]), int(m.hfield_nrow[data]), int(m.hfield_ncol[data])
             if rows == 0:
-                return np.ones(2), np.zeros((2, 2))
+                return np.ones(3), np.zeros((2, 2))
             own = m.hfield_data[first : first + rows * columns].reshape(rows, columns)
-            return m.hfield_size[data, :2], m.hfield_size[data, 2] * own.astype(np.float64)
+            half_x, half_y, scale, base = m.hfield_size[data]
+            heights = scale * own.astype(np.float64)
+            return np.array([half_x, half_y, base + heights.min()]), heights
         if shape.type != "mesh":
             return shape.size, None
         first, count, graph = int(m.mesh_vertadr[data]), int(m.mesh_vertnum[data]), int(m.mesh_graphadr[data])

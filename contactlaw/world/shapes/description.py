@@ -146,17 +146,18 @@ class Shapes:
 
     def add_height_field(
         self, body: int | None, heights: ArrayLike, half_lengths: ArrayLike, at: ArrayLike = (0.0, 0.0, 0.0),
-        quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+        quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0), base: float | None = None,
     ) -> int:  # fmt: skip
         """Fix a height field to a body, or to the world: None; returns the shape's number.
 
-        The surface through the heights is smooth. Shapes touch it from above: by the points by which they meet planes,
-        and on ridges by sides of capsules and cylinders and edges of boxes and hulls.
+        The surface through the heights is smooth, the top of a block. Shapes touch it by the points by which they meet
+        planes, and on ridges by sides of capsules and cylinders and edges of boxes and hulls.
 
         Args:
             heights: [m], shape (rows, columns), at least two each: rows along its y axis, columns along x.
             half_lengths: Half of its lengths along x and y [m], shape (2,).
             at, quaternion: As for a box; heights are along the third axis.
+            base: Thickness of the block [m] below the lowest height, > 0; None: the smaller half length.
         """
         own, half = checks.finite_array("heights", heights), checks.finite_array("half_lengths", half_lengths)
         if own.ndim != 2 or min(own.shape) < 2:
@@ -167,7 +168,8 @@ class Shapes:
         axes = matrix_of(unit_quaternion("quaternion", quaternion))
         place = checks.vector("at", at) + top * axes[:, 2]
         made = self._placed(kinds.HEIGHT_FIELD, body, place, axes=axes, normal=axes[:, 2])
-        made |= {"half": np.array([*half, 0.0]), "heights": rows}
+        below = checks.positive("base", half.min() if base is None else base) + top - own.min()
+        made |= {"half": np.array([*half, below]), "heights": rows}
         number = self._shape(made)
         for place in range(1, PLACES):
             self._shape(made | {"place": place}, number)
@@ -179,7 +181,8 @@ class Shapes:
     ) -> list[int]:  # fmt: skip
         """Fix a shape, given by an engine's name and sizes, to a body; returns the numbers of the shapes that it makes.
 
-        sizes: radius, half length or half lengths [m]. quaternion: of axes of which the third is the shape's own.
+        sizes: radius, half length or half lengths [m]; of an "hfield" two half lengths and base. quaternion: of axes of
+            which the third is the shape's own.
         points: of a mesh, whose hull it is, or the heights of an "hfield"; without them such kinds make no shape.
         """
         first, second, *_ = *sizes.tolist(), 0.0, 0.0
@@ -197,7 +200,7 @@ class Shapes:
         if kind == "ellipsoid":
             return [self.add_ellipsoid(body, sizes, at, quaternion)]
         if kind == "hfield" and points is not None:
-            return [self.add_height_field(body, points, sizes, at, quaternion)]
+            return [self.add_height_field(body, points, sizes[:2], at, quaternion, sizes[2])]
         return [] if points is None else [self.add_hull(body, points, rounding, at, quaternion)]
 
     def _body(self, body: int) -> int:

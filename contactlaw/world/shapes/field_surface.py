@@ -5,7 +5,7 @@ heights, reproduces quadratic surfaces, and has a continuous slope, so the norma
 (The flat triangles that engines use have a kink at each edge, at which a ball touches twice.)
 """
 
-from math import sqrt
+from math import copysign, sqrt
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from contactlaw.jit import jit_module
 from contactlaw.memory import doubles_at
 from contactlaw.world.data.access import field_at
 from contactlaw.world.data.records import FIELD, Array
-from contactlaw.world.data.vec import cross, dot, norm, scale, tangent
+from contactlaw.world.data.vec import cross, dot, norm, scale, sub, tangent
 from contactlaw.world.shapes.core import clip
 
 NEWTON, CUTS = 40, 20  # iterations of Newton's method, and halvings of one step, at most
@@ -180,18 +180,36 @@ def descend(s, c, place):
     return x, y
 
 
+def is_outside(s, c):
+    """Return whether a point is beyond the border of the field, or below its base."""
+    return max(abs(c[0]) - s.half[0], abs(c[1]) - s.half[1], -s.half[2] - c[2]) > 0.0
+
+
 def distance(s, c, x, y):
     """Return the signed distance [m] of a point c from its foot x, y, and the normal there, in the field's frame.
 
-    Beyond the border the distance is positive and the normal points to c.
+    The field is the top of a block with walls at its border. Outside of these, and of the block's bottom, the distance
+    is positive, and the normal points from the nearest point of the block to c.
     """
     h, slopes, _ = surface(s, x, y)
-    away = c[0] - x, c[1] - y, c[2] - h
-    if abs(c[0]) > s.half[0] or abs(c[1]) > s.half[1]:
+    if is_outside(s, c):
+        u, v = clip(c[0], s.half[0]), clip(c[1], s.half[1])
+        border, _, _ = surface(s, u, v)
+        away = sub(c, (u, v, max(c[2], -s.half[2])) if c[2] < border else (x, y, h))
         far = norm(away)
         return far, scale(1.0 / far, away)
     n = normal(slopes)
-    return dot(away, n), n
+    far = dot(sub(c, (x, y, h)), n)
+    deep = s.half[0] - abs(c[0]), s.half[1] - abs(c[1]), s.half[2] + c[2]
+    if -far <= min(deep[0], deep[1], deep[2]):
+        return far, n
+    if deep[2] <= min(deep[0], deep[1]):
+        return -deep[2], (0.0, 0.0, -1.0)
+    return (
+        (-deep[0], (copysign(1.0, c[0]), 0.0, 0.0))
+        if deep[0] < deep[1]
+        else (-deep[1], (0.0, copysign(1.0, c[1]), 0.0))
+    )
 
 
 jit_module(__name__)

@@ -26,7 +26,17 @@ from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, s
 from contactlaw.world.shapes.core import clip, local, next_place, set_back
 from contactlaw.world.shapes.disc import line_of, lowest_over_plane
 from contactlaw.world.shapes.ellipsoid import facing
-from contactlaw.world.shapes.field_surface import NEWTON, SAMPLES, curvatures, descend, distance, normal, start, surface
+from contactlaw.world.shapes.field_surface import (
+    NEWTON,
+    SAMPLES,
+    curvatures,
+    descend,
+    distance,
+    is_outside,
+    normal,
+    start,
+    surface,
+)
 from contactlaw.world.shapes.geometry import FOLLOW, LOST, NEAREST, bounding_radius, centre
 
 ALIGNED = 1e-12  # of a line's half length or a shape's size, to which a place is found
@@ -47,16 +57,22 @@ def offset(x, y, c, pair):
     c: the shape's centre in the field's frame [m]. pair: both shapes and bodies. Returns the deepest ball as well: its
     centre from the shape's in the world, its radius, and its centre in the field's frame [m].
     """
-    sa, a, sb, b = pair
+    _, _, sb, _ = pair
     h, slopes, _ = surface(sb, x, y)
-    n, radius = to_world(b.axes, to_world(sb.axes, normal(slopes))), 0.0
+    way, radius, p = deepest_ball(normal(slopes), c, pair)
+    d = p[2] - h
+    return (p[0] - x + d * slopes[0], p[1] - y + d * slopes[1]), way, radius, p
+
+
+def deepest_ball(n, c, pair):
+    """Return the deepest ball of a rim or an ellipsoid over a plane of normal n, as `offset` does."""
+    sa, a, sb, b = pair
+    n, radius = to_world(b.axes, to_world(sb.axes, n)), 0.0
     if sa.kind == DISC:
         way, radius = lowest_over_plane(sa, a, n)
     else:
         way = sub(facing(sa, a, scale(-1.0, n)), centre(sa, a))
-    p = add(c, local(way, sb, b))
-    d = p[2] - h
-    return (p[0] - x + d * slopes[0], p[1] - y + d * slopes[1]), way, radius, p
+    return way, radius, add(c, local(way, sb, b))
 
 
 def deepest_start(c, pair, length):
@@ -128,7 +144,11 @@ def meet_beside(sa, a, sb, b, held, arms, normals):
     far, n, radius = (c[2] - h) * field_at(sb.points, 0).away, normal(slopes), bounding_radius(sa)
     if far <= radius:
         if sa.kind == DISC or sa.kind == ELLIPSOID:
-            way, radius, c = touching_ball(c, (sa, a, sb, b))
+            if c[2] < h and is_outside(sb, c):
+                _, beside = distance(sb, c, 0.0, 0.0)
+                way, radius, c = deepest_ball(beside, c, (sa, a, sb, b))
+            else:
+                way, radius, c = touching_ball(c, (sa, a, sb, b))
             from_a = add(from_a, way)
             x, y = descend(sb, c, start(sb, c))
             far, n = distance(sb, c, x, y)
@@ -165,7 +185,7 @@ def is_nearest(s, c, x, y, far):
     It is not where an iteration has not converged, nor where x, y is on the far side of a ridge, seen from within.
     """
     h, _, _ = surface(s, x, y)
-    return far >= (1.0 - STRAIGHT) * norm((c[0] - x, c[1] - y, c[2] - h))
+    return is_outside(s, c) or far >= (1.0 - STRAIGHT) * norm((c[0] - x, c[1] - y, c[2] - h))
 
 
 def net(x, radius, half, count):
