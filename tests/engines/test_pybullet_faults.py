@@ -36,7 +36,9 @@ def test_reset_simulation_is_noticed_though_there_are_as_many_bodies(client: int
     callback.remove_all()
     callback.add_contact(body, floor, pair_of(restitution=1.0))
     step(callback)
-    half_step = 0.5 * 9.81 / 240  # a body in flight has the velocity of half a step before its position, before and after
+    half_step = (
+        0.5 * 9.81 / 240
+    )  # a body in flight has the velocity of half a step before its position, before and after
     assert velocities(client, body)[0][2] == pytest.approx(1.0 + half_step, abs=1e-3)
 
 
