@@ -36,7 +36,7 @@ from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.world.data.access import axis_at
 from contactlaw.world.data.quaternion import conjugate, load4, product, rotation_vector
 from contactlaw.world.data.records import FREE_JOINT, SLIDE
-from contactlaw.world.trees.dynamics import add_square, limit_at_start, pull, solve
+from contactlaw.world.trees.dynamics import add_square, pull, solve
 from contactlaw.world.trees.kinematics import vector
 from contactlaw.world.trees.mobility import answer_to, clear, find_limits
 
@@ -70,7 +70,7 @@ def read_limits(head, j, t):
         axis.stiffness, axis.resistance = axis.weight * stiffness, axis.weight * reference[1]
         given[k] = axis.side * force
         vector(t.f, n)[k] -= given[k]
-    find_limits(t, given, vector(t.a, n), limit_at_start)
+    find_limits(t, given, vector(t.a, n), False)
 
 
 def steps_ahead(head):

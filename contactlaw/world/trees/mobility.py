@@ -118,19 +118,18 @@ def apply_pending(t, time):
     clear(due)
     dynamics.solve(t, change)
     clear(given)
-    find_limits(t, given, change, dynamics.limit_impulse)
+    find_limits(t, given, change, True)
     for k in range(n):
         v[k] += change[k]
         push[k] += change[k]
     spread_velocity(t)
 
 
-def find_limits(t, given, change, limit):
+def find_limits(t, given, change, impulses):
     """Find what active limits give along their axes, by Gauss-Seidel sweeps, and add the answers of all axes to it.
 
     Limits of one tree answer each other: those of each by itself would add up to too much, and give energy.
-    limit: what one gives, `dynamics.limit_at_start` of accelerations `change` a force, `dynamics.limit_impulse` of
-    changes of velocities an impulse; these are `given`.
+    given, change: impulses in a substep, and changes of the velocities by it; else forces and accelerations.
     """
     n, v = t.v_size, vector(t.v, t.v_size)
     for _ in range(SWEEPS):
@@ -139,7 +138,7 @@ def find_limits(t, given, change, limit):
             if axis_at(t.axes, k).side == 0.0:
                 continue
             own = change[k] - (answer_to(t, k)[k] * given[k] if given[k] != 0.0 else 0.0)
-            due = limit(t, k, v[k], own)
+            due = dynamics.limit_impulse(t, k, v[k], own) if impulses else dynamics.limit_at_start(t, k, v[k], own)
             more, given[k] = due - given[k], due
             if more != 0.0:
                 x = answer_to(t, k)
