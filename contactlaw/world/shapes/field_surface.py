@@ -200,16 +200,14 @@ def distance(s, c, x, y):
         return far, scale(1.0 / far, away)
     n = normal(slopes)
     far = dot(sub(c, (x, y, h)), n)
-    deep = s.half[0] - abs(c[0]), s.half[1] - abs(c[1]), s.half[2] + c[2]
-    if -far <= min(deep[0], deep[1], deep[2]):
+    deep_x, deep_y, deep_z = s.half[0] - abs(c[0]), s.half[1] - abs(c[1]), s.half[2] + c[2]
+    if -far <= min(deep_x, deep_y, deep_z):
         return far, n
-    if deep[2] <= min(deep[0], deep[1]):
-        return -deep[2], (0.0, 0.0, -1.0)
-    return (
-        (-deep[0], (copysign(1.0, c[0]), 0.0, 0.0))
-        if deep[0] < deep[1]
-        else (-deep[1], (0.0, copysign(1.0, c[1]), 0.0))
-    )
+    if deep_z <= min(deep_x, deep_y):
+        return -deep_z, (0.0, 0.0, -1.0)
+    if deep_x < deep_y:
+        return -deep_x, (copysign(1.0, c[0]), 0.0, 0.0)
+    return -deep_y, (0.0, copysign(1.0, c[1]), 0.0)
 
 
 jit_module(__name__)
