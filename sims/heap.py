@@ -1,5 +1,6 @@
 """Steel balls poured into a box: how it is built, when it rests, what it rests on, and what that costs."""
 
+import gc
 from math import ceil, sqrt
 from time import process_time
 from types import SimpleNamespace
@@ -110,6 +111,7 @@ def build_times(count: int) -> dict[str, float]:
     """Processor time to add balls and compile the model, and to make an MjData of it [s]."""
     import mujoco
 
+    gc.collect()  # what others have left is not collected on this time
     times = [process_time()]
     world = poured(Settings("mujoco"), count)
     model = world.spec.compile()

@@ -118,6 +118,8 @@ def save_model(
     if not isinstance(target, str | os.PathLike) or not os.fspath(target) or "\0" in os.fspath(target):
         raise ValueError(f"target = {target!r}: must be the path of a file")
     path = Path(target).absolute()
+    if path.suffix == ".mjb":
+        raise ValueError(f"target = {target!r}: must be a file of XML; mujoco.mj_saveModel writes a compiled model")
     if not path.parent.is_dir():
         raise ValueError(f"target = {str(path)!r}: must be in a folder that exists")
     if path.exists() and not path.is_file():

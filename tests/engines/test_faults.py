@@ -49,8 +49,8 @@ def test_a_file_that_the_model_includes_is_not_overwritten(tmp_path):
     mujoco.MjModel.from_xml_path(str(save_model(tmp_path / "scene.xml", tmp_path / "new.xml", CONTACTS)))
 
 
-@pytest.mark.parametrize("target", ["", None, 5, "a\0b.xml"])
-def test_a_target_that_is_no_path(target):
+@pytest.mark.parametrize("target", ["", None, 5, "a\0b.xml", "a.mjb"])
+def test_a_target_that_is_no_xml_file(target):
     with pytest.raises(ValueError, match="target = "):
         save_model(scene(), target, CONTACTS)
 
