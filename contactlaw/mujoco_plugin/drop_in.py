@@ -244,7 +244,7 @@ def _spec_of(model: Source, assets: Mapping[str, bytes] | None) -> mujoco.MjSpec
         raise ValueError(f"model = {os.fspath(model)!r}: no such file")
     spec = mujoco.MjSpec.from_file(str(path), include=parts, assets=others)
     for folder in ("meshdir", "texturedir"):
-        setattr(spec.compiler, folder, str(path.parent / getattr(spec.compiler, folder)))
+        setattr(spec, folder, str(path.parent / getattr(spec, folder)))  # of the compiler too, from 3.3.7 on
     return spec
 
 

@@ -77,6 +77,17 @@ def test_the_same_from_xml_and_from_a_saved_state():
     assert np.array_equal(*ends)
 
 
+def test_a_file_refers_to_meshes_in_its_folder(tmp_path):
+    scene = BALLS.replace("<option", '<compiler meshdir="parts"/><asset><mesh file="cube.obj"/></asset><option', 1)
+    (tmp_path / "parts").mkdir()
+    corners = "".join(f"v {x} {y} {z}\n" for x in (0, 1) for y in (0, 1) for z in (0, 1))
+    (tmp_path / "parts" / "cube.obj").write_text(f"{corners}f 1 2 3\nf 1 2 5\n")
+    (tmp_path / "scene.xml").write_text(scene)
+    assert load_model(tmp_path / "scene.xml", CONTACTS).nmesh == 1
+    again = mujoco.MjModel.from_xml_string(model_xml(tmp_path / "scene.xml", CONTACTS))
+    assert again.mesh_vertnum == 8
+
+
 @pytest.mark.parametrize("compiler", ['inertiagrouprange="1 1"', 'settotalmass="14"'])
 @pytest.mark.filterwarnings("ignore:.*settotalmass")  # deprecated from 4.0 on
 def test_what_masses_are_made_of_is_written(compiler):  # MuJoCo up to 3.15 leaves these out
