@@ -87,6 +87,20 @@ def test_two_boxes_do_not_widen_the_margins_of_many_balls():
     assert world.arrays.world["nears"][0] == 0
 
 
+@pytest.mark.parametrize("x", [0.8, -0.8])
+def test_what_stands_beside_a_height_field_is_not_near_it(x):
+    """By the plane at its top alone it would be, with all parts below that."""
+    world = World(gravity=0.0, timestep=2e-3)
+    field = world.add_height_field(None, np.full((2, 2), 0.3), (0.2, 0.2))
+    box = world.add_box(world.add_body(1.0, 1e-3, (x, 0.0, 0.1)), BOX)
+    world.add_contact(box, field, ContactPair("steel", "steel", 0.1))
+    world.step()
+    assert world.arrays.world["nears"][0] == 0
+    world.place(0, position=(0.1, 0.0, 0.4001))
+    world.step()
+    assert world.arrays.world["nears"][0] > 0
+
+
 def test_moving_balls_meet_whoever_comes_in_their_way():
     """In a crowd, lists last a step: a fast ball drives through those at rest, and none is passed unseen."""
     world = World(gravity=0.0, timestep=2e-3)

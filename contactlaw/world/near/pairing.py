@@ -19,12 +19,12 @@ from contactlaw.world.data.access import (
     shape_at,
     tree_at,
 )
-from contactlaw.world.data.kinds import BOX, CORNER, EDGE, MEETS, PLANE, SEGMENT, SIDE, SPHERE, TANGENT
+from contactlaw.world.data.kinds import BOX, CORNER, EDGE, HEIGHT_FIELD, MEETS, PLANE, SEGMENT, SIDE, SPHERE, TANGENT
 from contactlaw.world.data.records import CLOSED, HINGE, NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body
 from contactlaw.world.near.guards import SLACK, lead_of, new_guard, separate
 from contactlaw.world.shapes import geometry
-from contactlaw.world.shapes.core import clip
+from contactlaw.world.shapes.core import clip, local
 from contactlaw.world.trees.kinematics import is_free
 
 PARTS_STEPS = 4.0  # steps at the guard's present speed bound, for the margin up to which parts are listed
@@ -65,9 +65,13 @@ def list_pair(w, i, j):
         return
     a, b = body_at(w.bodies, sa.body), body_at(w.bodies, sb.body)
     margin, guard = a.margin + b.margin, -1
-    if sb.kind < PLANE:
+    if sb.kind < PLANE or sb.kind == HEIGHT_FIELD:
         d = add(sub(load(a.position), load(b.position)), sub(geometry.centre(sa, a), geometry.centre(sb, b)))
-        far = margin + geometry.bounding_radius(sa) + geometry.bounding_radius(sb)
+        far = margin + geometry.bounding_radius(sa)
+        if sb.kind == HEIGHT_FIELD:
+            d = outside_block(sb, local(d, sb, b))
+        else:
+            far += geometry.bounding_radius(sb)
         if dot(d, d) > far * far:
             return
     if sa.kind >= BOX:
@@ -93,6 +97,11 @@ def list_pair(w, i, j):
         guard = new_guard(w, i, j, w.step)
     for place in range(places):
         add_near(w, i, j + place, guard, gap)
+
+
+def outside_block(s, c):
+    """Return by how much [m] a point is outside the block of a height field, along each of its axes."""
+    return max(abs(c[0]) - s.half[0], 0.0), max(abs(c[1]) - s.half[1], 0.0), max(c[2], -s.half[2] - c[2], 0.0)
 
 
 def list_by_parts(w, k, n, low, high):
