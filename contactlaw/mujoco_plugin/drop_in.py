@@ -19,7 +19,7 @@ from contactlaw.files import whole
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.config import KEYS, OVERLAPS, PLUGIN_NAME
 from contactlaw.mujoco_plugin.geoms import first_of, give_names, shape_of
-from contactlaw.mujoco_plugin.instances import skip_constraints
+from contactlaw.mujoco_plugin.instances import NO_CONSTRAINT, skip_constraints
 from contactlaw.mujoco_plugin.notices import reported_of
 from contactlaw.mujoco_plugin.readout import instances_of, overlaps_of, view_of
 from contactlaw.mujoco_plugin.spec import Contacts, parse_contacts, parse_skip, replace_all, replace_native_contacts
@@ -162,7 +162,7 @@ def _compile_with_contacts(
             )
         _check_parent_child(plain, f"contacts[{entry.number}]", entry.ones, entry.twos)
     give_names(spec, [geom for entry in every for geom in (*entry.ones, *entry.twos)])
-    if len(some) < len(every):
+    if len(some) < len(every) and not plain.opt.disableflags & NO_CONSTRAINT:  # it disables native contacts too
         replace_all(spec, plain, [*(entry for entry in every if entry.as_native), *left])
     for one in some:
         try:

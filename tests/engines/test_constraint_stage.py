@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from mujoco_scenes import mujoco, steel_pair
 
-from contactlaw.mujoco_plugin import add_contact, load_model, skip_constraints
+from contactlaw.mujoco_plugin import add_contact, instances_of, load_model, skip_constraints
+from contactlaw.pair import ContactWarning
 
 OFF = mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
 FLOOR = '<geom name="floor" type="plane" size="1 1 .1"/>'
@@ -67,3 +68,9 @@ def test_two_geoms_of_the_law_in_an_explicit_pair_of_the_engine_keep_it_on():
     add_contact(spec, "ball", "floor", steel_pair(), others=False)
     spec.add_pair(geomname1="ball", geomname2="box")
     assert not skip_constraints(spec.compile())
+
+
+def test_a_model_whose_constraints_are_disabled_makes_no_contacts():
+    with pytest.warns(ContactWarning, match="nothing is added"):
+        model = all_by_law(scene(outside='<option><flag constraint="disable"/></option>'))
+    assert not instances_of(model)
