@@ -39,6 +39,17 @@ def test_a_ball_in_mujoco(body: str, integrator: str, timestep: float) -> None:
         assert found.greatest_overlap == pytest.approx(DEEPEST, rel=3e-3)
 
 
+def test_a_disc_in_mujoco_whose_gap_is_a_rounding_error() -> None:
+    disc = '<body pos="0 0 .013"><freejoint/><geom name="disc" type="cylinder" size=".05 .013" mass="1"/></body>'
+    heights = []
+    for integrator in ("Euler", "RK4"):  # whose velocities are half a step behind, and are not
+        model = load(disc, 0.002, integrator)
+        data = mujoco.MjData(model)
+        mujoco.mj_step(model, data)
+        heights.append(float(data.qpos[2]))
+    assert heights[0] == pytest.approx(heights[1], abs=1e-12)
+
+
 def test_a_ball_in_mujoco_that_is_thrown_up_flies_as_without_the_law() -> None:
     model = load(FREE.format(RADIUS), 0.002)
     data = mujoco.MjData(model)

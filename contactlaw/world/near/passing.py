@@ -78,7 +78,7 @@ def find_pressed(w):
             p.gap = -overlap
             p.closing = closing_at(a, arm_a, b, arm_b, n)
             p.checked = MEASURED
-            slight = IDLE * max(a.size, b.size)  # neighbours that touch by rounding must not differ
+            slight = slight_of(a, b)
             if overlap > slight or (overlap >= -slight and is_laid_on(w, a, b, n, p.closing, slight)):
                 mark_pressed(a)
                 mark_pressed(b)
@@ -96,13 +96,19 @@ def is_laid_on(w, a, b, n, closing, slight):
     return w.step * (closing + 0.5 * w.step * dot(sub(other, one), n)) > slight
 
 
+def slight_of(a, b):
+    """Return the gap or overlap [m] up to which two bodies touch by rounding: neighbours must not differ by it."""
+    return IDLE * max(a.size, b.size)
+
+
 def gap_suffices(w, p, a, b):
     """Return whether the gap of an open pair need not be measured: the last step has, or a lower bound will do.
 
     Sets the pair's gap to the lower bound that its guard knows, where there is one.
     """
-    way, known = 2.0 * w.step * p.closing_bound, guards.known_gap(w, p, 0.0)
-    if known <= way and p.guard >= 0 and guard_at(w.guards, p.guard).separation > 0.0:
+    slight = slight_of(a, b)
+    way, known = 2.0 * w.step * p.closing_bound + slight, guards.known_gap(w, p, 0.0)
+    if known <= way and p.guard >= 0 and guard_at(w.guards, p.guard).separation > slight:
         known = guard_at(w.guards, p.guard).separation
     elif known <= way:
         new = a.placed != 0 or b.placed != 0 or p.checked > BOUNDED
