@@ -39,14 +39,18 @@ def test_a_ball_in_mujoco(body: str, integrator: str, timestep: float) -> None:
         assert found.greatest_overlap == pytest.approx(DEEPEST, rel=3e-3)
 
 
-def test_a_disc_in_mujoco_whose_gap_is_a_rounding_error() -> None:
-    disc = '<body pos="0 0 .013"><freejoint/><geom name="disc" type="cylinder" size=".05 .013" mass="1"/></body>'
+DISC = '<body pos="0 0 .013"><freejoint/><geom type="cylinder" size=".05 .013" mass="1"/></body>'
+ONE_ON_THE_OTHER = FREE.format(RADIUS) + FREE.format(3.0 * RADIUS).replace("ball", "upper")
+
+
+@pytest.mark.parametrize("bodies", [DISC, ONE_ON_THE_OTHER])  # the gap of the disc is a rounding error
+def test_in_mujoco_whether_velocities_are_half_a_step_behind_or_not(bodies: str) -> None:
     heights = []
-    for integrator in ("Euler", "RK4"):  # whose velocities are half a step behind, and are not
-        model = load(disc, 0.002, integrator)
+    for integrator in ("Euler", "RK4"):
+        model = load(bodies, 0.002, integrator)
         data = mujoco.MjData(model)
         mujoco.mj_step(model, data)
-        heights.append(float(data.qpos[2]))
+        heights.append(data.qpos[2::7].tolist())
     assert heights[0] == pytest.approx(heights[1], abs=1e-12)
 
 

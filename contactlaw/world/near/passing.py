@@ -67,21 +67,24 @@ def find_pressed(w):
             guards.update_guard(w, g, 2.0 * w.step)
         if needs_gap(body_at(w.bodies, g.body_a)) or needs_gap(body_at(w.bodies, g.body_b)):
             separate_at_start(w, g)
-    for k in range(w.nears if gaps_needed else 0):
-        p = near_at(w.near, k)
-        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-        if p.closed != 0 or not (needs_gap(a) or needs_gap(b)):
-            continue
-        p.closing_bound = guards.closing_bound(w, p, a, b)
-        if not gap_suffices(w, p, a, b):
-            overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
-            p.gap = -overlap
-            p.closing = closing_at(a, arm_a, b, arm_b, n)
-            p.checked = MEASURED
-            slight = slight_of(a, b)
-            if overlap > slight or (overlap >= -slight and is_laid_on(w, a, b, n, p.closing, slight)):
-                mark_pressed(a)
-                mark_pressed(b)
+    while gaps_needed:
+        gaps_needed = False
+        for k in range(w.nears):
+            p = near_at(w.near, k)
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            if p.closed != 0 or a.pressed + b.pressed == 2 or not (needs_gap(a) or needs_gap(b)):
+                continue
+            p.closing_bound = guards.closing_bound(w, p, a, b)
+            if not gap_suffices(w, p, a, b):
+                overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
+                p.gap = -overlap
+                p.closing = closing_at(a, arm_a, b, arm_b, n)
+                p.checked = MEASURED
+                slight = slight_of(a, b)
+                if overlap > slight or (overlap >= -slight and is_laid_on(w, a, b, n, p.closing, slight)):
+                    gaps_needed = placed  # others may lie on what is pressed now
+                    mark_pressed(a)
+                    mark_pressed(b)
 
 
 def is_laid_on(w, a, b, n, closing, slight):
@@ -91,9 +94,14 @@ def is_laid_on(w, a, b, n, closing, slight):
     """
     if a.placed + b.placed == 0 or w.step * closing > slight:
         return False
-    one = load(tree_at(a.tree, 0).gravity) if a.tree != 0 else load(a.acceleration)
-    other = load(tree_at(b.tree, 0).gravity) if b.tree != 0 else load(b.acceleration)
-    return w.step * (closing + 0.5 * w.step * dot(sub(other, one), n)) > slight
+    return w.step * (closing + 0.5 * w.step * dot(sub(pull_on(b), pull_on(a)), n)) > slight
+
+
+def pull_on(b):
+    """Return the acceleration [m/s^2] with which a body begins to fall: none if it lies on something already."""
+    if b.pressed != 0:
+        return ZERO
+    return load(tree_at(b.tree, 0).gravity) if b.tree != 0 else load(b.acceleration)
 
 
 def slight_of(a, b):
