@@ -139,11 +139,12 @@ def problem_of(impacts: Impacts, restitution: float, kappa: float, *, hold: bool
 
 
 SPARE, ONE_IN = 6, 5  # least number of impacts less parameters for a search; at most one in five is an outlier
+CHANCE = 0.025  # probability that the farthest impact of a table lies so far by chance
 
 
 def far_limit(freedom: int) -> float:
-    """Limit in standard deviations that, of some twenty impacts, one exceeds by chance in a few of a hundred tables."""
-    return 4.0 * (1.0 + 3.0 / max(freedom, 1))
+    """Limit in standard deviations that one impact exceeds by chance in a few of a hundred tables."""
+    return max(4.0 * (1.0 + 3.0 / max(freedom, 1)), float(stats.norm.isf(0.5 * CHANCE / max(freedom, 1))))
 
 
 def robust_scale(scaled: Array, fitted: int, least: float) -> float:
@@ -290,31 +291,13 @@ def _end(problem: Problem, most: float, place: Array, axis: int, side: int) -> f
     return side * np.inf
 
 
-MANY, GROUPS = 4000, 1000  # most impacts that are fitted without averaging; half the greatest number of averages
-CHANCE = 0.025  # probability that the farthest impact of a table is left out though it is scatter
-
-
 def evidence_of(whole: Problem) -> Evidence:
-    """`evaluate` of a table; of a large one by averages, without impacts that lie too far from a first fit.
-
-    By the law V_x2/V_z1 is a function of t = V_x1/V_z1 alone, and nearly linear over a thousandth of a table. So mean
-    velocities obey it as single ones do, with errors that are smaller by the square root of their number.
-    """
-    impacts = whole.impacts
-    if impacts.size <= MANY:
-        return _of_one_angle(whole, evaluate(whole))
-    first = _averaged(whole, np.ones(impacts.size, dtype=bool))
-    far = np.abs(whole.scaled(np.log(first.best)))
-    used = far <= stats.norm.isf(0.5 * CHANCE / impacts.size) * robust_scale(far, whole.fitted, whole.least_scale)
-    return replace(_averaged(whole, used), used=used)
-
-
-def _of_one_angle(whole: Problem, evidence: Evidence) -> Evidence:
-    """Evidence of a table, from the mean impact if all are at one angle.
+    """Fit of a table and the values that it allows, from the mean impact if all are at one angle.
 
     The errors of V_x1 then move no V_x2, as they would along a curve: the scatter speaks for a flat curve, and so for
     places that may be far from the truth.
     """
+    evidence = evaluate(whole)
     impacts = whole.impacts.chosen(evidence.used)
     if impacts.size == 1 or not np.isfinite(evidence.reach):
         return evidence
@@ -327,22 +310,3 @@ def _of_one_angle(whole: Problem, evidence: Evidence) -> Evidence:
     one = replace(impacts, velocities=velocities, errors=deviations, known_errors=True)
     mean = evaluate(replace(whole, impacts=one))
     return replace(evidence, best=mean.best, ranges=mean.ranges, allowed=mean.allowed)
-
-
-def _averaged(whole: Problem, used: Mask) -> Evidence:
-    """Evidence from averages over the impacts used; its `used` is a mask of the averages."""
-    z1, x1, z2, x2 = whole.impacts.velocities
-    side = np.where(x1 < 0.0, -1.0, 1.0)
-    t, rank = np.abs(x1) / z1, np.empty(z1.size, dtype=np.intp)
-    rank[np.argsort(t, kind="stable")] = np.arange(t.size) * GROUPS // t.size  # groups of few impacts
-    narrow = (GROUPS * t[used] / t.max()).astype(np.intp)  # and of a narrow range of t
-    count, group = np.unique(rank[used] * (GROUPS + 1) + narrow, return_inverse=True, return_counts=True)[1:][::-1]
-
-    def mean(row: Array) -> Array:
-        return np.bincount(group, row[used]) / count
-
-    velocities = np.stack([mean(row) for row in (z1, np.abs(x1), z2, side * x2)])
-    errors = np.stack([np.sqrt(mean(row**2) / count) for row in whole.impacts.errors])
-    same = whole.impacts
-    averages = Impacts(velocities, errors, same.known_errors, same.mass_ratio, same.own_restitution)
-    return evaluate(replace(whole, impacts=averages))
