@@ -60,14 +60,14 @@ def assess(
     )
 
 
-def _mean(values: Array, errors: Array, known: bool, note: str = "") -> Estimate:
+def _mean(values: Array, errors: Array, known: bool) -> Estimate:
     """Weighted mean with its 95 % range; no range for a single value without a known error."""
     mean = float(np.average(values, weights=errors**-2.0))
     wider = fit.widening(float(np.sum(((values - mean) / errors) ** 2)), values.size - 1, known)
     if wider is None:
         return Estimate("measured", mean, note="One impact has no scatter: its error is not known.")
     reach = wider[0] * wider[1] * float(np.sum(errors**-2.0)) ** -0.5
-    return Estimate("measured", mean, reach / fit.NORMAL, mean - reach, mean + reach, note)
+    return Estimate("measured", mean, reach / fit.NORMAL, mean - reach, mean + reach)
 
 
 def _restitution(impacts: Impacts, asked: str | None) -> tuple[Estimate, OverSpeedFit | None]:
@@ -79,27 +79,12 @@ def _restitution(impacts: Impacts, asked: str | None) -> tuple[Estimate, OverSpe
     if ratio.size >= 6:
         far = np.abs(ratio - np.median(ratio)) / error
         keep = far <= fit.far_limit(ratio.size - 1) * fit.robust_scale(far, 1, 1.0 if known else 1e-9)
-        ratio, error, z1 = ratio[keep], error[keep], z1[keep]
-    mean = _mean(ratio, error, known, _speed_note(np.log(z1), ratio, error))
+        ratio, error = ratio[keep], error[keep]
+    mean = _mean(ratio, error, known)
     if mean.value is not None and (mean.lower or 0.0) > 1.0:
         note = f"A restitution above 1 ({mean.value:.3g}) means that something is wrong with V_z1 or V_z2."
         return replace(mean, note=note), None
     return mean, law
-
-
-def _speed_note(log_speed: Array, ratio: Array, error: Array) -> str:
-    """Note on a slope of e over ln V_z1 that scatter alone exceeds in 0.3 % of tables only; else empty."""
-    if log_speed.size < 5 or np.ptp(log_speed) < 0.1:
-        return ""
-    (slope, _), covariance = np.polyfit(log_speed, ratio, 1, w=1.0 / error, cov=True)
-    deviation = float(np.sqrt(covariance[0, 0]))
-    if abs(slope) < max(float(stats.t.ppf(0.99865, log_speed.size - 2)) * deviation, 1e-9):
-        return ""
-    way = "falls" if slope < 0.0 else "rises"
-    return (
-        f"Restitution {way} with speed, by {abs(slope) * np.log(2.0):.2g} +- {deviation * np.log(2.0):.1g} for twice "
-        f"the approach speed; the value is that of the middle of the table."
-    )
 
 
 def over_speed(speed: Array, ratio: Array, error: Array, known: bool, asked: str | None) -> OverSpeedFit | None:
