@@ -115,14 +115,13 @@ def whirls(s, a, n, spin, time):
 
 
 def motion_of(w, bodies, pairs):
-    """Return how many stages an island takes, and whether it is steady and slides at the start of the step.
+    """Return how many stages an island takes, and whether it slides steadily at the start of the step.
 
     One stage: it has a tree, whose velocities have not followed forces as two stages need it (`TREE.followed`), no
     contact slides as a whole by more than its springs yield, and no body turns: the load of what is carried round has
-    the direction of a stage's end, and one stage would take some (omega h)^2 of its energy. Steady: no contact moves
-    along its normal, nor do its bodies (after an implicit step, a contact knows the mean speed in that step only), so
-    its force hardly changes; never with trees, where actuators and joints make the forces at the start a bad first
-    guess. Slides: it is steady, and all closed contacts slide as a whole, against friction, and are those of balls and
+    the direction of a stage's end, and one stage would take some (omega h)^2 of its energy. It slides steadily if it
+    has no tree, no contact moves along its normal, nor do its bodies (after an implicit step, a contact knows the mean
+    speed in that step only), and all closed contacts slide as a whole, against friction, and are those of balls and
     corners: on sides, edges and rims a contact runs along with tilt, which Newton's matrix hardly knows.
     """
     jointed, twice = False, False
@@ -130,21 +129,21 @@ def motion_of(w, bodies, pairs):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         jointed = jointed or b.tree != 0
         twice = twice or (b.tree != 0 and tree_at(b.tree, 0).followed != 0)
-    steady, slides = not jointed, not jointed
+    slides = not jointed
     for i in range(pairs):
         r = row_at(w.rows, i)
         if r.slot >= 0:
             c = contact_at(w.contacts, r.slot)
             a, b, arm_a, arm_b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b), load(c.arm_a), load(c.arm_b)
             speed = closing_speed(c, a, b)
-            steady = steady and force.is_quasi_static(c, 1.0) and force.is_slow(c, speed, 1.0)
+            steady = force.is_quasi_static(c, 1.0) and force.is_slow(c, speed, 1.0)
             slipping = force.slips_fully(c.touch)
             runs = shape_at(w.shapes, c.shape_a).kind >= SEGMENT
-            slides = slides and slipping and c.touch.friction != 0.0 and not runs
+            slides = slides and steady and slipping and c.touch.friction != 0.0 and not runs
             way = w.step * norm(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)))
             turn = w.step * max(norm(load(a.spin)), norm(load(b.spin)))
             twice = twice or turn > LEAST_TURN or (slipping and way > force.slide_to_slip(c.touch))
-    return 1 if jointed and not twice else 2, steady, steady and slides
+    return 1 if jointed and not twice else 2, slides
 
 
 def changes_regime(w, pairs):

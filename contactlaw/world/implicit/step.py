@@ -24,10 +24,8 @@ from math import isfinite, sqrt
 from contactlaw.jit import jit_module
 from contactlaw.memory import copy_wholes, whole_at
 from contactlaw.world import window
-from contactlaw.world.bodies.motion import angular_momentum, settle, spin_change, spin_rate, update_momentum
-from contactlaw.world.contacts.force import moment_of
+from contactlaw.world.bodies.motion import angular_momentum, settle, spin_rate, update_momentum
 from contactlaw.world.contacts.leapfrog import UNKNOWN
-from contactlaw.world.contacts.pace import closing_speed
 from contactlaw.world.contacts.substep import add_work, force_of
 from contactlaw.world.contacts.touch import end_contact
 from contactlaw.world.data.access import body_at, contact_at, near_at, row_at, tree_at
@@ -35,19 +33,19 @@ from contactlaw.world.data.call import call_with_body
 from contactlaw.world.data.quaternion import conjugate, load4, product, rotation_vector, store4
 from contactlaw.world.data.records import AGED, NEVER, PAUSE_LIMIT
 from contactlaw.world.data.saved import restore_body, restore_contact, save_body, save_contact, saved_body
-from contactlaw.world.data.vec import ZERO, add, axpy, cross, load, norm, scale, store, sub
+from contactlaw.world.data.vec import ZERO, add, axpy, load, norm, scale, store, sub
 from contactlaw.world.implicit import newton
-from contactlaw.world.implicit.acceptance import ENERGY_GAIN, MANY, changes_regime, energy, is_persistent, motion_of
+from contactlaw.world.implicit.acceptance import ENERGY_GAIN, changes_regime, energy, is_persistent, motion_of
 from contactlaw.world.implicit.equations import equations_of, factorise, substitute
 from contactlaw.world.sleep import fall_asleep, wake
 from contactlaw.world.trees.kinematics import vector
-from contactlaw.world.trees.mobility import clear, copy
+from contactlaw.world.trees.mobility import copy
 
 GAMMA = 1.0 - sqrt(0.5)  # length of a stage, as a share of the step
 MAX_ITERATIONS = 25  # of Newton's method in a stage
 # Iterations in a stage that leave more than so much of the residual; stages that reach this hardly ever converge
 MAX_STALLS, STALL = 3, 0.5
-GUESSED = 0.1  # of its overlap, by which a first guess that is near may move a contact
+KEPT = 0.1  # of its overlap, by which the first place of a stage may move a contact in a steady slide
 CONTRACTION = 0.1  # ratio of successive residuals up to which the factors of the matrix are kept
 # Share of the first residual of a stage that may be left in a steady slide, see `solve`: velocities of boxes and balls
 # then differ from those by converged stages by at most 5 % of what these differ from those in short steps
@@ -89,10 +87,10 @@ def is_due(w, bodies):
 def take_step(w, bodies, pairs):
     """Take one implicit step with an island; return whether it was accepted. If not, all is as before."""
     begin_step(w, bodies, pairs)
-    stages, steady, slides = motion_of(w, bodies, pairs)
+    stages, slides = motion_of(w, bodies, pairs)
     stage = GAMMA * w.step if stages == 2 else w.step
     before, _ = energy(w, bodies, pairs)
-    solved = solve_stages(w, bodies, pairs, stage, steady, slides)
+    solved = solve_stages(w, bodies, pairs, stage, slides)
     accepted = solved and not changes_regime(w, pairs)
     if accepted:
         after, size = energy(w, bodies, pairs)
@@ -107,13 +105,12 @@ def take_step(w, bodies, pairs):
     return accepted
 
 
-def solve_stages(w, bodies, pairs, stage, steady, slides):
+def solve_stages(w, bodies, pairs, stage, slides):
     """Solve one stage if `stage` [s] is the whole step, else two; return whether Newton's method converged.
 
-    steady, slides: as `acceptance.motion_of` returns them.
+    slides: as `acceptance.motion_of` returns it.
     """
     begin_stage(w, bodies, stage, 0.0)
-    guessed = steady and guess_velocities(w, bodies, pairs, stage)
     before = w.solved
     if not solve(w, bodies, pairs, (stage, stage), 0.0, slides):
         return False
@@ -121,10 +118,6 @@ def solve_stages(w, bodies, pairs, stage, steady, slides):
         return True
     add_impulses(w, pairs, w.step - stage)
     begin_stage(w, bodies, stage, w.step - stage)
-    if guessed:
-        eq = equations_of(w)
-        for i in range(w.unknowns):
-            eq.velocity[i] += (w.step / stage - 1.0) * (eq.velocity[i] - eq.begun[i])
     return solve(w, bodies, pairs, (stage, w.step), NEVER if w.solved > before else 0.0, slides)
 
 
@@ -212,46 +205,6 @@ def begin_stage(w, bodies, stage, before):
             store(eq.free[b.unknown + 3 :], own)
 
 
-def guess_velocities(w, bodies, pairs, stage):
-    """Set the first guess for a stage [s]; return whether it holds: bodies under the forces at the step's start.
-
-    In a crowd that vibrates these would carry a body much further than its contacts are deep. From rest, the first
-    iteration is that of the linear problem. Not in small islands: a sliding ball's step to rolling would end 3e-5 off.
-    """
-    eq = equations_of(w)
-    for i in range(w.unknowns):  # steady islands have no trees
-        eq.velocity[i] += stage * eq.acceleration[i]
-    for i in range(pairs):
-        r = row_at(w.rows, i)
-        if r.slot >= 0:
-            c = contact_at(w.contacts, r.slot)
-            moment = moment_of(c)
-            for k, arm, sign in ((c.body_a, load(c.arm_a), stage), (c.body_b, load(c.arm_b), -stage)):
-                b = body_at(w.bodies, k)
-                if b.unknown >= 0:
-                    impulse, own = scale(sign, load(c.force)), eq.velocity[b.unknown :]
-                    store(own, axpy(b.inverse_mass, impulse, load(own)))
-                    store(own[3:], add(load(own[3:]), spin_change(b, axpy(-sign, moment, cross(arm, impulse)))))
-    if w.unknowns <= MANY or guess_is_near(w, bodies, pairs, stage):
-        return True
-    clear(eq.velocity[: w.unknowns])
-    return False
-
-
-def guess_is_near(w, bodies, pairs, stage):
-    """Return whether no contact closes or parts by more than a share of its overlap at the guessed velocities."""
-    for i in range(bodies):
-        place_body(w, whole_at(w.island_bodies, i), stage, stage)
-    near = True
-    for i in range(pairs):
-        slot = row_at(w.rows, i).slot
-        if slot >= 0:
-            c = contact_at(w.contacts, slot)
-            closing = closing_speed(c, body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b))
-            near = near and stage * abs(closing) <= GUESSED * c.touch.overlap
-    return near
-
-
 def solve(w, bodies, pairs, span, previous, slides):
     """Solve a stage for the velocities and place the bodies at its end; return whether Newton's method converged.
 
@@ -263,8 +216,8 @@ def solve(w, bodies, pairs, span, previous, slides):
     slides: whether this is a steady slide. The first residual is then that of vibrations about it, which the stages
     damp at a rate that is not theirs: LEFT of it may remain, and the first stage takes one iteration. No error adds up:
     an iteration conserves momentum, and takes mu times the normal impulse from the slide, as slopes of friction are mu
-    times those of P. Only if the guess is near: what an iteration leaves grows with the square of its way, and the next
-    guess carries it on by the square of a stage over the vibrations' time, so that from far they would grow.
+    times those of P. Only if overlaps are kept: what an iteration leaves grows with the square of its way, and the next
+    step carries it on by the square of a stage over the vibrations' time, so that from far they would grow.
     """
     stage, time = span
     eq, stalls = equations_of(w), 0
@@ -314,7 +267,7 @@ def keeps_overlaps(w, pairs):
         r = row_at(w.rows, i)
         if r.slot >= 0:
             start = contact_at(w.saved_contacts, r.slot).touch.overlap
-            near = near and abs(contact_at(w.contacts, r.slot).touch.overlap - start) <= GUESSED * start
+            near = near and abs(contact_at(w.contacts, r.slot).touch.overlap - start) <= KEPT * start
     return near
 
 
