@@ -6,12 +6,10 @@ lasts. So do springs of joints, and servos, actuators whose force falls with the
 tendons only under Runge-Kutta. As a tendon turns, its force changes in ways that J does not tell, so that otherwise
 `follow_tendons` lets velocities follow it.
 
-Joint limits that the engine has found active are soft, and act in the world as in the engine. The force of such a
-constraint is f = D (a_ref - a), never less than zero, with a_ref = -B dr/dt - K I r, where r < 0 is the distance of the
-joint beyond its limit and a the acceleration of r (MuJoCo documentation, Computation, "Constraint model"). Since a =
-a_0 + A f, A = (M^-1)_kk, it changes by -D/(1 + D A) (K I dr + B d(dr/dt) + da_0). If the force were held constant, it
-would go on against a joint that a contact has turned back within the step, and would yield to an impact on a joint at
-its stop. A limit that becomes active after a contact acts from the engine's next step on, as in the engine.
+Limits of joints and tendons that the engine has found active act in the world as in the engine, see `trees.limits`. If
+their forces were held constant, they would go on against a joint that a contact has turned back within the step, and
+would yield to an impact on a joint at its stop. A limit that is reached within the step acts from the engine's next
+step on, as in the engine.
 
 Equality constraints (welds, connects, joints) are soft too: the force along row J is D (a_ref - J a), with a_ref = -B J
 v - K I r. Within the step they act as in the engine. With
@@ -33,44 +31,49 @@ from contactlaw.memory import doubles_at, whole_at
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import entries, entry, floats, gather, last_state, places_in, spring_at
 from contactlaw.mujoco_plugin.layout import data_at, model_at
-from contactlaw.world.data.access import axis_at
+from contactlaw.world.data.access import axis_at, limit_at
 from contactlaw.world.data.quaternion import conjugate, load4, product, rotation_vector
-from contactlaw.world.data.records import FREE_JOINT, SLIDE
-from contactlaw.world.trees.dynamics import add_square, pull, solve
-from contactlaw.world.trees.kinematics import vector
-from contactlaw.world.trees.mobility import answer_to, clear, find_limits
+from contactlaw.world.data.records import FREE_JOINT, SLIDE, SPARE_LIMITS
+from contactlaw.world.trees.dynamics import add_square, pull, row_of, solve
+from contactlaw.world.trees.kinematics import displace, vector
+from contactlaw.world.trees.limits import find
+from contactlaw.world.trees.mobility import clear, copy
 
 
 def read_limits(head, j, t):
-    """Read the active joint limits of a tree; a: its accelerations at the start of the step, but for contacts.
+    """Read the active limits of a tree; a: its accelerations at the start of the step, but for contacts.
 
     The engine's forces of limits answer to contacts, under Runge-Kutta to those of a whole step. The forces without
-    contacts are found from these by sweeps.
+    contacts are found from these.
     """
-    m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
-    first, ahead, given = d.ne + d.nf, steps_ahead(head), vector(t.room, n)
-    for row in range(first, first + d.nl):
-        joint, force = entry(d.efc_id, row), doubles_at(d.efc_force)[row]
-        if entry(d.efc_type, row) != layout.JOINT_LIMIT or entry(m.jnt_type, joint) < SLIDE:
+    d, n, ahead = data_at(head.data, 0), t.v_size, steps_ahead(head)
+    f, row, moved, q = vector(t.f, n), vector(t.x, n), vector(t.room, n), vector(t.q, t.q_size)
+    clear(moved)
+    if head.start != last_state(head):  # Runge-Kutta evaluates them last near the end of its step
+        gather(head, places_in(head, last_state(head))[0], j.q, q)
+        displace(t, moved)
+        copy(vector(t.start, t.q_size), q)
+    for i in range(d.ne + d.nf, d.ne + d.nf + d.nl):
+        read_constraint(head, j, t, i, False)
+        first, end = n, 0
+        for k in range(n):
+            if row[k] != 0.0:
+                first, end = min(first, k), k + 1
+        if end == 0 or t.limited == n + SPARE_LIMITS:
             continue
-        place, coordinate = entry(m.jnt_dofadr, joint), entry(m.jnt_qposadr, joint)
-        if whole_at(head.places, head.nv + place) != j.tree:
-            continue
-        k = whole_at(head.places, place)
-        axis, ends, reference = axis_at(t.axes, k), floats(m.jnt_range, 2 * joint, 2), floats(d.efc_KBIP, 4 * row, 3)
-        if axis.side != 0.0 and force <= 0.0:  # with a margin both ends may have a row
-            continue
-        q, beyond = doubles_at(last_state(head))[1 + coordinate], doubles_at(d.efc_pos)[row]
-        axis.side = 1.0 if abs(q - ends[0] - beyond) < abs(ends[1] - q - beyond) else -1.0
-        axis.edge = axis.side * q - beyond + doubles_at(d.efc_margin)[row]
-        stiffness, weight = reference[0] * reference[2], doubles_at(d.efc_D)[row]
-        weight /= 1.0 + ahead * (reference[1] + ahead * stiffness)
-        axis.mass = weight
-        axis.weight = weight / (1.0 + weight * answer_to(t, k)[k])
-        axis.stiffness, axis.resistance = axis.weight * stiffness, axis.weight * reference[1]
-        given[k] = axis.side * force
-        vector(t.f, n)[k] -= given[k]
-    find_limits(t, given, vector(t.a, n), False)
+        limit, reference = limit_at(t.limits, t.limited), floats(d.efc_KBIP, 4 * i, 3)
+        limit.first, limit.end = first, end
+        copy(row, row_of(t, t.rows, t.limited))
+        limit.gap = doubles_at(d.efc_pos)[i] - doubles_at(d.efc_margin)[i] - along_row(t, t.room)
+        stiffness = reference[0] * reference[2]
+        limit.mass = doubles_at(d.efc_D)[i] / (1.0 + ahead * (reference[1] + ahead * stiffness))
+        limit.stiffness, limit.resistance = limit.mass * stiffness, limit.mass * reference[1]
+        limit.force, limit.answered = doubles_at(d.efc_force)[i], 0
+        limit.pushes = 1 if limit.force > 0.0 else 0
+        for k in range(n):
+            f[k] -= limit.force * row[k]
+        t.limited += 1
+    find(t, vector(t.a, n), 1.0, 0.0, False)
 
 
 def steps_ahead(head):
@@ -149,14 +152,14 @@ def read_arms(head, j, t, s):
         read_tendon(head, j, t, s.row)
     else:
         first, count = entry(d.moment_rowadr, s.row), entry(d.moment_rownnz, s.row)
-        read_row(head, j, t, floats(d.actuator_moment, first, count), entries(d.moment_colind, first))
+        read_row(head, j, t, floats(d.actuator_moment, first, count), entries(d.moment_colind, first), True)
 
 
 def read_tendon_row(head, j, t, tendon):
     """Write the Jacobian of a tendon into x."""
     m, d = model_at(head.model, 0), data_at(head.data, 0)
     first, count = entry(m.ten_J_rowadr, tendon), entry(m.ten_J_rownnz, tendon)
-    read_row(head, j, t, floats(d.ten_J, first, count), entries(m.ten_J_colind, first))
+    read_row(head, j, t, floats(d.ten_J, first, count), entries(m.ten_J_colind, first), True)
 
 
 read_tendon = jit(read_tendon_row if layout.TENDON_ROWS else lambda head, j, t, tendon: None)
@@ -213,11 +216,8 @@ def read_equalities(head, j, t):
     f, row, ahead = vector(t.f, n), vector(t.x, n), steps_ahead(head)
     gather(head, d.qacc, j.v, vector(t.room, n))
     clear(vector(t.e, n * n))
-    sparse = d.nJ != d.nefc * head.nv  # a sparse Jacobian without zeros has the order of a dense one
     for i in range(d.ne):
-        first = entry(d.efc_J_rowadr, i) if sparse else i * head.nv
-        values = floats(d.efc_J, first, entry(d.efc_J_rownnz, i) if sparse else head.nv)
-        read_row(head, j, t, values, entries(d.efc_J_colind, first) if sparse else types.uintp(0))
+        read_constraint(head, j, t, i, True)
         reference, whole = floats(d.efc_KBIP, 4 * i, 3), doubles_at(d.efc_D)[i]
         weight = whole / (1.0 + ahead * (reference[1] + ahead * reference[0] * reference[2]))
         stiffness = weight * reference[0] * reference[2]
@@ -238,10 +238,20 @@ def read_armatures(head, j, t):
             add_square(t, t.e, s.armature)
 
 
-def read_row(head, j, t, values, columns):
-    """Write a row of a Jacobian of the engine into x; zero if it is not of this tree, or not one row of its factor.
+def read_constraint(head, j, t, i, factored):
+    """Write row i of the engine's constraints into x, see `read_row`."""
+    d = data_at(head.data, 0)
+    sparse = d.nJ != d.nefc * head.nv  # a sparse Jacobian without zeros has the order of a dense one
+    first = entry(d.efc_J_rowadr, i) if sparse else i * head.nv
+    values = floats(d.efc_J, first, entry(d.efc_J_rownnz, i) if sparse else head.nv)
+    read_row(head, j, t, values, entries(d.efc_J_colind, first) if sparse else types.uintp(0), factored)
 
-    columns: address of the numbers of the velocities that its values belong to; 0: they are all.
+
+def read_row(head, j, t, values, columns, factored):
+    """Write a row of a Jacobian of the engine into x; zero if it is not of this tree.
+
+    columns: address of the numbers of the velocities that its values belong to; 0: they are all. factored: zero also if
+    it is not in one row of the tree's factor.
     """
     x = vector(t.x, t.v_size)
     clear(x)
@@ -259,7 +269,7 @@ def read_row(head, j, t, values, columns):
     while k >= 0:
         left -= 1 if x[k] != 0.0 else 0
         k = axis_at(t.axes, k).parent
-    if left != 0:
+    if factored and left != 0:
         clear(x)
 
 

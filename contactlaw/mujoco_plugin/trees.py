@@ -29,6 +29,7 @@ from contactlaw.world.near.passing import find_passing
 from contactlaw.world.state import forget_motion_of
 from contactlaw.world.trees.dynamics import add_impulse, solve
 from contactlaw.world.trees.kinematics import is_pressed, spread_velocity, vector
+from contactlaw.world.trees.limits import find
 from contactlaw.world.trees.mobility import clear, copy, leave_placed
 
 FIND, MOVE, READ, WRITE = range(4)
@@ -157,15 +158,14 @@ def read_tree(head, j, t):
     m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
     f, v, damping, springs = vector(t.f, n), vector(t.v, n), vector(t.d, (n, n)), vector(t.springs, (n, n))
     coordinates, velocities = places_in(head, head.start)
-    t.coupled, t.followed, t.sprung = 0, 0, 0
+    t.coupled, t.followed, t.sprung, t.limited = 0, 0, 0, 0
     gather(head, coordinates, j.q, vector(t.q, t.q_size))
     copy(vector(t.q, t.q_size), vector(t.start, t.q_size))
     gather(head, places_in(head, last_state(head))[1], j.v, vector(t.v_f, n))
     for i in range(n):
-        k, axis = whole_at(head.places, j.v + i), axis_at(t.axes, i)
+        k = whole_at(head.places, j.v + i)
         f[i] = doubles_at(d.qfrc_smooth)[k] + doubles_at(d.qfrc_bias)[k]
         f[i] = f[i] + (doubles_at(d.qfrc_constraint)[k] - doubles_at(head.given)[k])
-        axis.side = 0.0
         clear(springs[i])
         clear(damping[i])
         entries, carrier = entry(m.D_rowadr, k) + entry(m.D_diag, k), i
@@ -227,11 +227,9 @@ def accelerations(head, j, t, velocities, lag):
 
 def write_tree(head, j, t):
     """Write a tree to mjData if a contact has touched or pushed it, a limit is active or it sleeps."""
-    n, touched, asleep = t.v_size, is_pushed(head, j, t), body_at(t.bodies, 0).asleep != 0
+    n, touched, asleep = t.v_size, t.limited > 0 or is_pushed(head, j, t), body_at(t.bodies, 0).asleep != 0
     for i in range(t.count):
         touched = touched or body_at(t.bodies, i).touched != 0
-    for k in range(n):
-        touched = touched or axis_at(t.axes, k).side != 0.0
     if not (touched or asleep):
         return
     d, v = data_at(head.data, 0), vector(t.v, n)
@@ -241,6 +239,8 @@ def write_tree(head, j, t):
     scatter(head, v, j.v, d.qvel)
     if head.lag > 0.0 and not (asleep or is_pressed(t)):
         a = accelerations(head, j, t, d.qvel, head.lag)
+        if t.limited > 0:
+            find(t, a, 1.0, 0.0, False)
         for i in range(n):
             doubles_at(d.qvel)[whole_at(head.places, j.v + i)] -= head.lag * a[i]
 

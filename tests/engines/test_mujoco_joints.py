@@ -126,6 +126,29 @@ def test_a_ball_that_strikes_an_arm_at_its_stop_rebounds_alike_at_any_step(mater
     assert speeds == pytest.approx([speeds[-1]] * 3, rel=2e-3)
 
 
+def test_a_ball_rebounds_from_a_weight_on_ropes_alike_at_any_step():
+    """Taut ropes hold it against the ball, together; they yielded for a step: the ball left at a fifth of its speed."""
+    rope = '<spatial limited="true" range="0 .5"><site site="{}"/><site site="w"/></spatial>'
+    text = f"""<mujoco><option integrator="RK4"/><worldbody><site name="a" pos="-.3 0 .4"/>
+        <site name="b" pos=".3 0 .4"/><body><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>
+        <geom name="w" size=".05" mass=".5"/><site name="w"/></body><body pos="0 0 .2"><freejoint/>
+        <geom name="ball" size=".03" mass=".2"/></body></worldbody>
+        <tendon>{rope.format("a")}{rope.format("b")}</tendon></mujoco>"""
+    speeds = []
+    for step in (1e-2, 2e-3, 1e-4):
+        model = load_model(text, [("w", "ball", steel_pair(friction=0.2, restitution=0.9))])
+        model.opt.timestep = step
+        data = mujoco.MjData(model)
+        for _ in range(round(0.5 / step)):
+            data.qpos[4], data.qvel[2:] = 0.3, 0.0
+            mujoco.mj_step(model, data)
+        data.qpos[2], data.qpos[4], data.qvel[4] = 0.005, data.qpos[1] + 0.0815, -1.0
+        mujoco.mj_step(model, data, round(0.03 / step))
+        speeds.append(data.qvel[4])
+    assert 0.55 < speeds[-1] < 0.65
+    assert speeds == pytest.approx([speeds[-1]] * 3, rel=2e-3)
+
+
 @pytest.mark.parametrize("integrator", ["Euler", "RK4", "implicitfast", "implicit"])
 @pytest.mark.parametrize("step", [5e-3, 2e-3])
 def test_an_arm_that_passes_its_stop_as_it_strikes_the_floor_gains_nothing(step, integrator):

@@ -96,7 +96,9 @@ TREE = record(
     x="u8",  # (v_size,), argument and result of these functions
     pending="u8", kicked="i8",  # (v_size,), generalised impulses not yet applied to v; 1: there are some
     kick_v="u8",  # (v_size,), change of v by impulses since its last drift
-    factor="u8", answers="u8",  # (v_size, v_size), see `trees.dynamics`; columns of M^-1, see `mobility.answer_to`
+    factor="u8",  # (v_size, v_size), see `trees.dynamics`
+    # soft limits that act in this step, how many; their rows J, (.., v_size); M^-1 J^T, see `limits.answer_to`
+    limits="u8", limited="i8", rows="u8", answers="u8",
     room="u8",  # q_size + 3 v_size, scratch
     start="u8",  # q_size + v_size, coordinates and velocities at the start of the step
     links="u8", joints="u8", axes="u8",  # records
@@ -152,13 +154,20 @@ AXIS = record(
     armature="f8",  # [kg] or [kg m^2], inertia of the joint itself
     inertia="f8", inverse="f8",  # its diagonal entry of the mass matrix; inverse pivot of the factor
     spin=VECTOR, velocity=VECTOR,  # Jacobian: spin of all it carries and its velocity at the origin, by unit speed
-    # an active soft limit, see `trees.dynamics.limit_force`
-    side="f8",  # 1: of a least coordinate, -1: of a greatest one, 0: none is active
-    coordinate="i8", edge="f8",  # number of the coordinate; its limit, times `side`
-    hold="f8", stiffness="f8", resistance="f8",  # force at the limit at rest; its slopes with coordinate and velocity
-    mass="f8", weight="f8", answered="i8",  # slopes with the acceleration, with that by others; 1: `answers` has it
 )  # fmt: skip
 """A degree of freedom of a tree."""
+
+LIMIT = record(
+    first="i8", end="i8",  # velocities that its row has entries of
+    gap="f8",  # [m] or [rad] distance at the start of the step, negative beyond the limit
+    mass="f8", resistance="f8", stiffness="f8",  # slopes of its force with acceleration, velocity and distance
+    force="f8",  # [N] or [N m] in all accelerations
+    # scratch of `limits.find`: impulse beyond that of `force`; that without changes of the speed; speed; 1: beyond it
+    given="f8", push="f8", speed="f8", reached="i8",
+    pushes="i8",  # 1: it has pushed in the last substep
+    answered="i8",  # 1: `TREE.answers` has it
+)  # fmt: skip
+"""A soft limit of a joint or tendon, see `trees.limits`."""
 
 SHAPE = record(
     kind="i8", body="i8",
@@ -296,17 +305,20 @@ COASTING = record(
 """The model of a contact that coasts, see `contacts.coasting`."""
 
 Array = NDArray[Any]
+SPARE_LIMITS = 4  # as many may act in a step as a tree has degrees of freedom, and so many more
 SCRATCH = 4  # two scratch bodies, and what they are copies of
 
 
 def numbers_of(tree: Any) -> dict[str, int]:
     """Return the sizes [float64] of the arrays of a tree, by their names in its record, in their order in memory."""
     q, v = int(tree["q_size"]), int(tree["v_size"])
+    most = v + SPARE_LIMITS
     rows = {"links": (LINK, tree["count"]), "joints": (JOINT, tree["joint_count"]), "axes": (AXIS, v)}
+    rows |= {"limits": (LIMIT, most)}
     one = dict.fromkeys(("v", "a", "f", "v_f", "x", "pending", "kick_v"), v)
     own = {name: int(count) * kind.itemsize // 8 for name, (kind, count) in rows.items()}
-    sizes = dict.fromkeys(("d", "springs", "e", "factor", "answers"), v * v) | {"room": q + 3 * v, "start": q + v}
-    return {"q": q} | one | sizes | own
+    sizes = dict.fromkeys(("d", "springs", "e", "factor"), v * v) | dict.fromkeys(("rows", "answers"), most * v)
+    return {"q": q} | one | sizes | {"room": q + 3 * v, "start": q + v} | own
 
 
 class Arrays(NamedTuple):

@@ -21,14 +21,13 @@ is not in them.
 from math import sqrt
 
 from contactlaw.jit import jit_module
-from contactlaw.world.data.access import axis_at, body_at, link_at
+from contactlaw.world.data.access import axis_at, body_at, limit_at, link_at
 from contactlaw.world.data.vec import ZERO, add, cross, dot, load, scale, store, sub, to_world
 from contactlaw.world.trees.kinematics import displace, response_of, vector
 
 # Rate of damping times a group of substeps up to which velocities that the midpoint rule reverses, at the ratio
-# (1 - x/2)/(1 + x/2), are at most half as large. Limits resist explicitly, at the velocity u + T/2 a that the last a
-# predicts: u1 = u + T a, (M + T/2 D) a1 = -D u - C (u + T/2 a). Its solutions z^n have z > -1/2 if T (D/6 + 5/3 C) < M
-LARGEST_LAG, EXPLICIT = 6.0, 10.0
+# (1 - x/2)/(1 + x/2), are at most half as large
+LARGEST_LAG = 6.0
 
 
 def accelerate(t):
@@ -50,8 +49,7 @@ def accelerate(t):
             linear = add(scale(link.composite_mass, s), cross(e, offset))
             angular = add(to_world(tensor, e), cross(offset, s))
             p = axis.depth
-            resistance = d[k, k] + (axis.resistance if axis.side != 0.0 and t.midway == 0 else 0.0)
-            axis.inertia = axis.armature + held[k, k] + dot(e, angular) + dot(s, linear) + t.lag * resistance
+            axis.inertia = axis.armature + held[k, k] + dot(e, angular) + dot(s, linear) + t.lag * d[k, k]
             m[k, p] = axis.inertia = axis.inertia + square * springs[k, k]
             j, carrier = axis.parent, axis.carrier
             while j >= 0:
@@ -76,19 +74,21 @@ def accelerate(t):
 
 
 def set_forces(t, d, a):
-    """a <- f - D (v - v_f) and the forces of active limits; of springs too, but for substeps, which kick by them."""
-    f, now, v_f = vector(t.f, t.v_size), vector(t.v, t.v_size), vector(t.v_f, t.v_size)
-    v = vector(t.room + 8 * (t.q_size + 2 * t.v_size), t.v_size) if t.midway != 0 else now
+    """a <- f - D (v - v_f) and the forces of limits; of springs too, but for substeps, which kick by them."""
+    f, v_f = vector(t.f, t.v_size), vector(t.v_f, t.v_size)
+    v = vector(t.room + 8 * (t.q_size + 2 * t.v_size) if t.midway != 0 else t.v, t.v_size)
     for k in range(t.v_size):
         axis = axis_at(t.axes, k)
         j, own = axis.parent, v[k] - v_f[k]
         a[k] = f[k] - d[k, k] * own
-        if axis.side != 0.0:
-            a[k] += axis.side * max(limit_force(axis, vector(t.q, t.q_size), now[k]), 0.0)
         while j >= 0 and t.coupled != 0:
             a[k] -= d[k, j] * (v[j] - v_f[j])
             a[j] -= d[k, j] * own
             j = axis_at(t.axes, j).parent
+    for i in range(t.limited):
+        limit, row = limit_at(t.limits, i), row_of(t, t.rows, i)
+        for k in range(limit.first, limit.end):
+            a[k] += row[k] * limit.force
     if t.held == 0.0:
         pull(t, 1.0, a, vector(t.x, t.v_size))
 
@@ -106,32 +106,9 @@ def pull(t, time, out, u):
             out[k] -= time * springs[k, i] * (u[i] + ahead * v[i])
 
 
-def limit_force(axis, q, v):
-    """Return the force of a soft limit along `side`, at coordinates q and an axis' velocity v; only positive ones act.
-
-    hold - stiffness r - resistance dr/dt, where r = side q - edge < 0, else zero.
-    """
-    r = axis.side * q[axis.coordinate] - axis.edge
-    return axis.hold - axis.stiffness * r - axis.resistance * axis.side * v if r < 0.0 else 0.0
-
-
-def limit_at_start(t, k, v, own):
-    """Return the force of a limit along its axis, and set `hold` by the acceleration that the axis has without it."""
-    axis = axis_at(t.axes, k)
-    axis.hold = -axis.weight * axis.side * own
-    return axis.side * max(limit_force(axis, vector(t.q, t.q_size), v), 0.0)
-
-
-def limit_impulse(t, k, v, change):
-    """Return the impulse by which a soft limit answers a change of its axis' velocity v in a substep.
-
-    Like a mass it resists changes of the speed towards the stop, and no others: it would drive what moves away.
-    """
-    axis, q, now = axis_at(t.axes, k), vector(t.q, t.q_size), v + change
-    if axis.side * q[axis.coordinate] >= axis.edge:
-        return 0.0
-    push, gained = t.held * limit_force(axis, q, now), min(axis.side * now, 0.0) - min(axis.side * v, 0.0)
-    return axis.side * (max(push - axis.weight * gained, 0.0) - max(push, 0.0))
+def row_of(t, address, i):
+    """Return row i of a matrix of limits: of their Jacobian, or of the answers to them."""
+    return vector(address + 8 * t.v_size * i, t.v_size)
 
 
 def start_link(t, i):
@@ -194,7 +171,7 @@ def factorise(t):
     for k in range(t.v_size - 1, -1, -1):
         axis = axis_at(t.axes, k)
         p = axis.depth
-        axis.inverse, axis.answered = 1.0 / m[k, p], 0
+        axis.inverse = 1.0 / m[k, p]
         i = axis.parent
         while i >= 0:
             p -= 1
@@ -203,6 +180,8 @@ def factorise(t):
                 m[i, j] -= part * m[k, j]
             m[k, p] = part
             i = axis_at(t.axes, i).parent
+    for i in range(t.limited):
+        limit_at(t.limits, i).answered = 0
 
 
 def solve_lt(t, x, k, every):
@@ -239,23 +218,19 @@ def solve(t, x):
 
 
 def bound_decay(t):
-    """Bound the rate [1/s] at which damping slows velocities: the greatest eigenvalue of M^-1 (D + C), C of limits.
+    """Bound the rate [1/s] at which damping slows velocities: the greatest eigenvalue of M^-1 D.
 
     With R^2 = diag D it is that of B^T B, B = R L^-1 P^-1/2, P the pivots, and at most the greatest sum of a row of
     |B|^T |B| (Perron and Frobenius). Damping of a sum over n velocities, b g g^T, is bounded by n diag(b g^2)
     (Cauchy-Schwarz). That of M^-1 K bounds the stiffness of springs, which count as the damping h/2 K, h the step.
-
-    For groups of substeps in `trees.motion` the bound is that of M^-1 (D + EXPLICIT C), over LARGEST_LAG, and h/2 K.
     """
     n, most = t.v_size, 1.0
     d, springs = vector(t.d, (n, n)), vector(t.springs, (n, n))
-    x, sums, explicit, stiff = vector(t.x, n), vector(t.room, n), vector(t.room + 8 * n, n), vector(t.room + 16 * n, n)
+    x, sums, stiff = vector(t.x, n), vector(t.room, n), vector(t.room + 8 * n, n)
     for k in range(n):
-        sums[k], explicit[k], stiff[k] = 0.0, 0.0, 0.0
+        sums[k], stiff[k] = 0.0, 0.0
     for k in range(n):
-        axis = axis_at(t.axes, k)
-        coupled, limit = 1.0, axis.resistance if axis.side != 0.0 else 0.0
-        own = d[k, k] + limit
+        coupled, own = 1.0, d[k, k]
         if own + springs[k, k] > 0.0:
             for i in range(k):
                 coupled += 1.0 if d[k, i] != 0.0 or springs[k, i] != 0.0 else 0.0
@@ -270,16 +245,14 @@ def bound_decay(t):
             i = k
             while i >= 0:
                 sums[i] += own * total * x[i]
-                explicit[i] += (d[k, k] + EXPLICIT * limit) * total * x[i]
                 stiff[i] += springs[k, k] * total * x[i]
                 i = axis_at(t.axes, i).parent
-    t.decay, t.swing, t.stiffness = 0.0, 0.0, 0.0
+    t.decay, t.stiffness = 0.0, 0.0
     for k in range(n):
         t.decay = max(t.decay, most * sums[k])
-        t.swing = max(t.swing, most * explicit[k] / LARGEST_LAG)
         t.stiffness = max(t.stiffness, most * stiff[k])
+    t.swing = t.decay / LARGEST_LAG + 0.5 * t.span * t.stiffness
     t.decay += 0.5 * t.span * t.stiffness
-    t.swing += 0.5 * t.span * t.stiffness
 
 
 def answer_along(t, last):

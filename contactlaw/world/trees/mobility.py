@@ -15,12 +15,10 @@ from contactlaw.world.data.call import call_on_tree
 from contactlaw.world.data.checksum import as_float, mix
 from contactlaw.world.data.records import PLACED
 from contactlaw.world.data.vec import add, cross, load, norm, store, sub
-from contactlaw.world.trees import dynamics
+from contactlaw.world.trees import dynamics, limits
 from contactlaw.world.trees.kinematics import response_of, spread_velocity, vector
 
 SAME = 1e-12  # of the sum of forces on a tree: changes up to this are rounding
-# Gauss-Seidel sweeps in which limits of one tree find their forces, at most, and the share by which these may be off
-SWEEPS, SETTLED = 100, 1e-3
 GOLDEN, SILVER = 0.5 * (sqrt(5.0) - 1.0), sqrt(2.0) - 1.0  # irrational, so that the weights of forces all differ
 
 
@@ -79,7 +77,7 @@ def settle(b):
         return
     if t.stale != 0:
         ends = t.stale == PLACED and b.time == t.span
-        apply_pending(t, 0.5 * t.held)
+        apply_pending(t, 0.5 * t.held, t.held == 0.0)
         t.hold, t.held = 0, 0.0
         if t.stale != PLACED:
             clear(vector(t.x, t.v_size))
@@ -102,62 +100,28 @@ def kick(b, impulse, moment):
     leave_placed(t)
 
 
-def apply_pending(t, time):
-    """Change the velocities by all pending impulses together; then soft limits resist that change.
+def apply_pending(t, time, first):
+    """Change the velocities by all pending impulses together, which limits answer.
 
-    time: [s] for which springs act by the present displacement.
+    time: [s] for which limits act by the present displacement; and springs, but if the accelerations have them, at the
+    start of a group's first substep.
     """
-    if t.kicked == 0 and (t.sprung == 0 or time == 0.0):
+    if t.kicked == 0 and (t.sprung + t.limited == 0 or first):
         return
     t.kicked = 0
     n = t.v_size
     v, push, due = vector(t.v, n), vector(t.kick_v, n), vector(t.pending, n)
-    change, given = vector(t.room, n), vector(t.room + 8 * n, n)
-    dynamics.pull(t, time, due, change)
+    change = vector(t.room, n)
+    dynamics.pull(t, 0.0 if first else time, due, change)
     copy(due, change)
     clear(due)
     dynamics.solve(t, change)
-    clear(given)
-    find_limits(t, given, change, True)
+    if t.limited > 0:
+        limits.find(t, change, time, 0.0, True)
     for k in range(n):
         v[k] += change[k]
         push[k] += change[k]
     spread_velocity(t)
-
-
-def find_limits(t, given, change, impulses):
-    """Find what active limits give along their axes, by Gauss-Seidel sweeps, and add the answers of all axes to it.
-
-    Limits of one tree answer each other: those of each by itself would add up to too much, and give energy.
-    given, change: impulses in a substep, and changes of the velocities by it; else forces and accelerations.
-    """
-    n, v = t.v_size, vector(t.v, t.v_size)
-    for _ in range(SWEEPS):
-        changed = 0
-        for k in range(n):
-            if axis_at(t.axes, k).side == 0.0:
-                continue
-            own = change[k] - (answer_to(t, k)[k] * given[k] if given[k] != 0.0 else 0.0)
-            due = dynamics.limit_impulse(t, k, v[k], own) if impulses else dynamics.limit_at_start(t, k, v[k], own)
-            more, given[k] = due - given[k], due
-            if more != 0.0:
-                x = answer_to(t, k)
-                changed += 1 if abs(more) > SETTLED * abs(due) else 0
-                for i in range(n):
-                    change[i] += more * x[i]
-        if changed < 2:
-            break
-
-
-def answer_to(t, k):
-    """Return the change of velocities by a unit impulse along an axis, an array; found once for a factor."""
-    x, axis = vector(t.answers, (t.v_size, t.v_size))[k], axis_at(t.axes, k)
-    if axis.answered == 0:
-        clear(x)
-        x[k] = 1.0
-        dynamics.solve(t, x)
-        axis.answered = 1
-    return x
 
 
 def mobility(a, arm_a, b, arm_b, direction):
@@ -259,41 +223,31 @@ def write_masses(b):
 
 
 def add_damping(b):
-    """Add b D + b^2 K of damping, active limits and stiff springs to the matrix at `weights`, b a stage [s]."""
+    """Add b D + b^2 K of damping and stiff springs, and of limits, to the matrix at `weights`, b a stage [s]."""
     t = tree_at(b.tree, 0)
     n, square = t.v_size, t.stage * t.stage if is_stiff(t) else 0.0
     d, springs, out = vector(t.d, (n, n)), vector(t.springs, (n, n)), vector(t.weights, (n, t.stride))
-    q, v = vector(t.q, t.q_size), vector(t.v, n)
     for k in range(n):
-        axis = axis_at(t.axes, k)
         for i in range(n):
             out[k, i] += t.stage * d[k, i] + square * springs[k, i]
-        if axis.side != 0.0 and dynamics.limit_force(axis, q, v[k]) > 0.0:
-            share = axis.mass / axis.weight
-            out[k, k] += axis.mass + share * t.stage * (axis.resistance + t.stage * axis.stiffness)
+    limits.add_slopes(t, t.stage, out)
 
 
 def resist(t, force, x, rate):
-    """Find the force of damping and active limits less that at the start of the step: -D (V - v), and of limits.
+    """Find the force of damping less that at the start of the step, -D (V - v), and that of limits beyond theirs.
 
-    x, rate: velocities without contacts less V, and what makes accelerations of these, which limits resist like a mass.
+    x, rate: velocities without contacts less V, and what makes accelerations of these.
 
     Springs keep the force of the start, unless they are too stiff for that.
     """
     n, d = t.v_size, vector(t.d, (t.v_size, t.v_size))
-    q, v = vector(t.q, t.q_size), vector(t.v, n)
-    q0, v0 = vector(t.start, t.q_size), vector(t.start + 8 * t.q_size, n)
+    v, v0 = vector(t.v, n), vector(t.start + 8 * t.q_size, n)
     for k in range(n):
-        axis = axis_at(t.axes, k)
         first, end = (0, n) if t.coupled != 0 else (k, k + 1)
         force[k] = 0.0
         for i in range(first, end):
             force[k] -= d[k, i] * (v[i] - v0[i])
-        if axis.side != 0.0:
-            begun = dynamics.limit_force(axis, q0, v0[k])
-            now = begun + axis.mass / axis.weight * (dynamics.limit_force(axis, q, v[k]) - begun)
-            now += rate * axis.mass * axis.side * x[k]
-            force[k] += axis.side * (max(now, 0.0) - max(begun, 0.0))
+    limits.resist(t, force, x, rate)
     if is_stiff(t):
         dynamics.pull(t, 1.0, force, vector(t.room + 16 * n, n))
 

@@ -27,6 +27,7 @@ from contactlaw.world.data.access import axis_at, body_at, link_at, tree_at
 from contactlaw.world.data.call import call_on_tree
 from contactlaw.world.data.records import PLACED
 from contactlaw.world.data.vec import add, load, norm, scale, store, sub
+from contactlaw.world.trees import limits
 from contactlaw.world.trees.kinematics import add_to_coordinates, response_of, spread_velocity, vector
 from contactlaw.world.trees.mobility import accelerate, apply_pending, clear, copy, leave_placed, move_bodies
 
@@ -52,6 +53,8 @@ def fly(b, until):
         steps = max(min(ceil(abs(left) * t.change_rate / longest_turn(t)), MOST), ceil(abs(left) / longest - 1e-6))
         h = left / steps
         left = left - h if steps > 1.0 else 0.0
+        if t.limited > 0:
+            limits.find(t, vector(t.a, t.v_size), 1.0, 0.5 * h, False)
         more = left != 0.0 or until != t.span
         runge_kutta(t, h, more)
     for i in range(t.count):
@@ -139,7 +142,7 @@ def drift(b, h):
     if t.held == 0.0 and would_swing(t, h):  # else a, and the answer to half a kick, would turn v round within h/2
         t.lag, t.ease = stiff_lag(t, h), 0.5 * h
         accelerate(t)
-    apply_pending(t, 0.5 * (t.held + h) if t.held != 0.0 else 0.0)  # a has the springs of a first substep's start
+    apply_pending(t, 0.5 * (t.held + h), t.held == 0.0)  # a has the springs of a first substep's start
     for i in range(t.count):
         one = body_at(t.bodies, i)
         store(one.shift, load(one.position))

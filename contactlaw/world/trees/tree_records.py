@@ -89,7 +89,7 @@ class TreeRecords:
         rows["kind"], _, _, rows["at"], rows["axis"], rows["reference"] = zip(*joints, strict=True)
         sizes = np.array([V_SIZE[kind] for kind in rows["kind"].tolist()])
         rows["first_q"], rows["first_axis"] = firsts([Q_SIZE[kind] for kind in rows["kind"].tolist()]), firsts(sizes)
-        axes["begins"][rows["first_axis"]], axes["coordinate"] = 1, np.repeat(rows["first_q"], sizes)
+        axes["begins"][rows["first_axis"]] = 1
         links["first_axis"] = first = rows["first_axis"][links["first_joint"]]
         links["axes"] = np.add.reduceat(sizes, links["first_joint"])
         last = first + links["axes"] - 1
