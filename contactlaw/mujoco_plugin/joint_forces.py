@@ -8,8 +8,8 @@ tendons only under Runge-Kutta. As a tendon turns, its force changes in ways tha
 
 Limits of joints and tendons that the engine has found active act in the world as in the engine, see `trees.limits`. If
 their forces were held constant, they would go on against a joint that a contact has turned back within the step, and
-would yield to an impact on a joint at its stop. A limit that is reached within the step acts from the engine's next
-step on, as in the engine.
+would yield to an impact on a joint at its stop. Those of hinges and slides that may be reached within the step are
+there too; of others the engine has no row yet.
 
 Equality constraints (welds, connects, joints) are soft too: the force along row J is D (a_ref - J a), with a_ref = -B J
 v - K I r. Within the step they act as in the engine. With
@@ -27,7 +27,7 @@ D (1 + h B + h^2 K I) in place of D (MuJoCo documentation, Computation, "Numeric
 from numba import types
 
 from contactlaw.jit import jit, jit_module
-from contactlaw.memory import doubles_at, whole_at
+from contactlaw.memory import doubles_at, load_int, whole_at
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import entries, entry, floats, gather, last_state, places_in, spring_at
 from contactlaw.mujoco_plugin.layout import data_at, model_at
@@ -73,7 +73,44 @@ def read_limits(head, j, t):
         for k in range(n):
             f[k] -= limit.force * row[k]
         t.limited += 1
-    find(t, vector(t.a, n), 1.0, 0.0, False)
+    if t.limited > 0:
+        find(t, vector(t.a, n), 1.0, 0.0, False)
+    foresee_limits(head, j, t, moved)
+
+
+def foresee_limits(head, j, t, moved):
+    """Add the nearer limits of the joints where the engine has found none, as they may be reached within the step.
+
+    They are as beyond the width of their `solimp`, where they then soon are, with the engine's numbers (MuJoCo
+    documentation, Modeling, "Solver parameters"). moved: displacements by which the engine's places lie ahead.
+    """
+    m, state = model_at(head.model, 0), doubles_at(last_state(head))
+    flags, ahead = m.opt.disableflags, steps_ahead(head)
+    for k in range(0 if flags & layout.NO_LIMIT else t.v_size):
+        place = whole_at(head.places, j.v + k)
+        joint = entry(m.dof_jntid, place)
+        limited = load_int(types.uintp(m.jnt_limited) + types.uintp(joint)) & 255  # of bytes
+        if limited == 0 or entry(m.jnt_type, joint) < SLIDE or t.limited == t.v_size + SPARE_LIMITS:
+            continue
+        q, ends = state[1 + entry(m.jnt_qposadr, joint)], floats(m.jnt_range, 2 * joint, 2)
+        side = 1.0 if q - ends[0] < ends[1] - q else -1.0
+        gap = min(q - ends[0], ends[1] - q) - doubles_at(m.jnt_margin)[joint]
+        if gap < 0.0:
+            continue
+        limit, row = limit_at(t.limits, t.limited), row_of(t, t.rows, t.limited)
+        clear(row)
+        row[k], limit.first, limit.end, limit.gap = side, k, k + 1, gap - side * moved[k]
+        limit.force, limit.pushes, limit.answered = 0.0, 0, 0
+        one, two = doubles_at(m.jnt_solref)[layout.REF * joint], doubles_at(m.jnt_solref)[layout.REF * joint + 1]
+        impedance = min(max(doubles_at(m.jnt_solimp)[layout.IMP * joint + 1], 1e-4), 0.9999)
+        stiffness, damping = -one / impedance, -two / impedance
+        if one > 0.0:
+            one = max(one, 0.0 if flags & layout.REF_UNSAFE else 2.0 * head.step_size)
+            stiffness, damping = 1.0 / (impedance * one * one * two * two), 2.0 / (impedance * one)
+        mass = impedance / ((1.0 - impedance) * doubles_at(m.dof_invweight0)[place])
+        limit.mass = mass / (1.0 + ahead * (damping + ahead * stiffness))
+        limit.stiffness, limit.resistance = limit.mass * stiffness, limit.mass * damping
+        t.limited += 1
 
 
 def steps_ahead(head):

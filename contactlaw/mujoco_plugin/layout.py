@@ -59,15 +59,19 @@ DATA = structure("mjData")[[
 """The fields of mjData that compiled code uses; `MODEL`: those of mjModel."""
 MODEL = structure("mjModel")[[
     "ntendon", "opt", "geom_bodyid", "D_rowadr", "D_diag", "jnt_type", "jnt_dofadr", "jnt_qposadr", "jnt_range",
-    "jnt_stiffness", "dof_jntid", "site_type", "site_size", "actuator_biasprm", "actuator_forcerange",
-    "jnt_actfrcrange", "tendon_stiffness", "tendon_lengthspring", "qpos_spring", *TENDON_ROWS,
+    "jnt_limited", "jnt_margin", "jnt_solref", "jnt_solimp", "jnt_stiffness", "dof_jntid", "dof_invweight0",
+    "site_type", "site_size", "actuator_biasprm", "actuator_forcerange", "jnt_actfrcrange", "tendon_stiffness",
+    "tendon_lengthspring", "qpos_spring", *TENDON_ROWS,
 ]]  # fmt: skip
 data_at: Any = element(DATA)
 model_at: Any = element(MODEL)
+REF, IMP = int(mujoco.mjNREF), int(mujoco.mjNIMP)
 BIAS = int(mujoco.mjNBIAS)  # parameters of an actuator's bias
 JOINT_LIMIT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
 NO_GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
 NO_CONTACT = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+NO_LIMIT = int(mujoco.mjtDisableBit.mjDSBL_LIMIT)
+REF_UNSAFE = int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
 NO_SPRING = int(mujoco.mjtDisableBit.mjDSBL_SPRING)
 NO_PASSIVE = NO_SPRING | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
 """With both flags set, MuJoCo computes no passive forces and does not call the plugin's compute."""

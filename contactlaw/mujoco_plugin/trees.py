@@ -21,7 +21,7 @@ from contactlaw.mujoco_plugin.block import entry, floats, gather, head_at, joint
 from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.mujoco_plugin.notices import TOWED, report_once
 from contactlaw.world.bodies.motion import is_static
-from contactlaw.world.data.access import axis_at, body_at, near_at, tree_at, world_at
+from contactlaw.world.data.access import axis_at, body_at, limit_at, near_at, tree_at, world_at
 from contactlaw.world.data.call import BODY_TYPE, VECTOR, call_on_tree, call_with_body
 from contactlaw.world.data.records import ASKED, DENIED, LATE, PASSES, PLACED
 from contactlaw.world.data.vec import cross, load, norm, store
@@ -196,7 +196,7 @@ def read_tree(head, j, t):
             gather(head, velocities, j.v, v)
             spread_velocity(t)
             call_on_tree(t.accelerate, t)
-        joint_forces.read_limits(head, j, t)
+    joint_forces.read_limits(head, j, t)
     a = accelerations(head, j, t, velocities, head.step_size) if leads or follows else vector(t.a, n)
     gather(head, velocities, j.v, v)
     if tendons:
@@ -226,8 +226,8 @@ def accelerations(head, j, t, velocities, lag):
 
 
 def write_tree(head, j, t):
-    """Write a tree to mjData if a contact has touched or pushed it, a limit is active or it sleeps."""
-    n, touched, asleep = t.v_size, t.limited > 0 or is_pushed(head, j, t), body_at(t.bodies, 0).asleep != 0
+    """Write a tree to mjData if a contact has touched or pushed it, or it sleeps."""
+    n, touched, asleep = t.v_size, is_pushed(head, j, t), body_at(t.bodies, 0).asleep != 0
     for i in range(t.count):
         touched = touched or body_at(t.bodies, i).touched != 0
     if not (touched or asleep):
@@ -238,6 +238,8 @@ def write_tree(head, j, t):
         clear(v)
     scatter(head, v, j.v, d.qvel)
     if head.lag > 0.0 and not (asleep or is_pressed(t)):
+        while t.limited > 0 and limit_at(t.limits, t.limited - 1).gap >= 0.0:
+            t.limited -= 1  # what has been reached in this step has not acted half a step ago
         a = accelerations(head, j, t, d.qvel, head.lag)
         if t.limited > 0:
             find(t, a, 1.0, 0.0, False)

@@ -153,13 +153,15 @@ LEG = """<mujoco><option gravity="0 0 0"/><worldbody><geom name="floor" type="pl
     <geom name="foot" size=".02" pos="0 0 -.04" mass=".03"/></body></body></body></worldbody></mujoco>"""
 
 
-def landed(model, step, integrator="EULER", stiffness=0.0):
+def landed(model, step, integrator="EULER", stiffness=0.0, start=(0.55, -0.8, -2.0, 0.6, -3.6), time=4e-3):
     """Velocities of a leg 4 ms after its throw, both joints at their stops; stiffness: of Hertz's force by hand."""
     model.opt.timestep, model.opt.integrator = step, getattr(mujoco.mjtIntegrator, f"mjINT_{integrator}")
     data, jacobian, foot = mujoco.MjData(model), np.zeros((3, 3)), model.geom("foot").id
-    data.qpos[1:], data.qvel[:] = (0.55, -0.8), (-2.0, 0.6, -3.6)
-    data.qpos[0] = 0.0216 - 0.1775 + 0.1 * np.cos(0.55) + 0.04 * np.cos(0.25)
-    for _ in range(round(4e-3 / step)):
+    data.qpos[1:], data.qvel[:] = start[:2], start[2:]
+    data.qpos[0] = 0.0216 - 0.1775 + 0.1 * np.cos(start[0]) + 0.04 * np.cos(start[0] + start[1])
+    if stiffness > 0.0:
+        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    for _ in range(round(time / step)):
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
         overlap = 0.02 - data.geom_xpos[foot, 2]
@@ -179,6 +181,17 @@ def test_a_leg_with_two_joints_at_their_stops_lands_as_the_engines_stops_have_it
     model = load_model(LEG, [("foot", "floor", pair)], others=False)
     for step in (2e-3, 5e-4, 1e-4):
         assert landed(model, step, integrator)[0] == pytest.approx(due[0], abs=0.03)
+
+
+@pytest.mark.parametrize("start", [(0.52, -0.69, -2.0, 0.0, 0.0), (0.2, -0.69, -2.0, 0.0, 0.0)])
+def test_a_leg_that_reaches_its_stops_as_it_lands_meets_them_in_that_step(start):
+    """They acted a step late, and a foot of rubber left three times as fast."""
+    pair = ContactPair("rubber", "rubber", friction=0.0, restitution=1.0)
+    hertz = 4.0 / 3.0 * pair.effective_modulus * np.sqrt(0.02)
+    due = landed(mujoco.MjModel.from_xml_string(LEG), 1e-5, stiffness=hertz, start=start, time=1e-2)
+    model = load_model(LEG, [("foot", "floor", pair)], others=False)
+    for step in (5e-3, 2e-3, 5e-4):
+        assert landed(model, step, start=start, time=1e-2)[0] == pytest.approx(due[0], abs=0.03)
 
 
 def test_what_an_impact_would_do_if_it_lasted_a_step_is_no_sign_of_a_lost_tree():
