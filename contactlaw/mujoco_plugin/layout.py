@@ -51,7 +51,7 @@ DATA = structure("mjData")[[
     "plugin_state", "plugin_data", "time", "qpos", "qvel", "qfrc_passive", "qfrc_spring", "qfrc_applied",
     "qfrc_actuator", "qfrc_constraint", "qfrc_smooth", "qfrc_bias", "qDeriv", "xfrc_applied", "xpos", "xquat", "qacc",
     "sensordata",
-    "geom_xpos", "geom_xmat", "xipos", "site_xpos", "site_xmat", "efc_id", "efc_type", "efc_pos", "efc_margin",
+    "geom_xpos", "geom_xmat", "xipos", "site_xpos", "site_xmat", "efc_pos", "efc_margin",
     "efc_KBIP", "efc_D", "efc_force", "ne", "nf", "nl", "nefc", "nJ", "efc_J", "efc_J_rownnz", "efc_J_rowadr",
     "efc_J_colind", "actuator_force", "actuator_moment", "moment_rownnz", "moment_rowadr", "moment_colind",
     "ten_length", "ten_J",
@@ -67,7 +67,6 @@ data_at: Any = element(DATA)
 model_at: Any = element(MODEL)
 REF, IMP = int(mujoco.mjNREF), int(mujoco.mjNIMP)
 BIAS = int(mujoco.mjNBIAS)  # parameters of an actuator's bias
-JOINT_LIMIT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
 NO_GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
 NO_CONTACT = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
 NO_LIMIT = int(mujoco.mjtDisableBit.mjDSBL_LIMIT)
