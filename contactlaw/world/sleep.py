@@ -72,8 +72,8 @@ def sleep_if_balanced(w, bodies, pairs):
         store(b.velocity, ZERO)
         store(b.spin, ZERO)
         store(b.momentum, ZERO)
-        b.asleep = 1
-        b.still = 1
+        b.asleep, b.still = 1, 1
+        b.pause, b.last_pause = 0, 0  # a saved state has none of what sleeps
         if b.tree != 0 and b.member == 0:
             call_with_body(tree_at(b.tree, 0).stop, b)
 

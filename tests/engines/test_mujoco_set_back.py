@@ -263,6 +263,19 @@ def test_data_in_which_bodies_sleep_go_on_to_the_bit_from_states_before(edited):
         mujoco.mj_step(model, data)
 
 
+def test_a_box_that_slept_goes_on_to_the_bit_once_it_is_pushed():
+    """That an implicit step had failed before it slept no longer counts: a saved state does not tell."""
+    model = law_for(BOX.format(0, 0.05), option="timestep='4e-3'")
+    data, other = mujoco.MjData(model), mujoco.MjData(model)
+    mujoco.mj_step(model, data, 100)
+    assert not data.qvel.any()
+    mujoco.mj_setState(model, other, state_of(model, data), WHOLE)
+    for one in (data, other):
+        one.qvel[:] = [0.1, 0.0, 0.1, 0.0, 1.0, 0.0]
+        mujoco.mj_step(model, one)
+    assert np.array_equal(state_of(model, other), state_of(model, data))
+
+
 def test_what_sleeps_beside_a_body_that_is_led_sleeps_on_in_other_data():
     model = law_for(LED + BOX.format(0.1, 0.03) + "<body pos='0 0 2'><freejoint/><geom size='.01'/></body>")
     data = mujoco.MjData(model)
