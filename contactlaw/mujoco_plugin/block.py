@@ -77,7 +77,6 @@ FREE = record(
     q="i8", v="i8",  # where its coordinates and velocities begin
     offset=VECTOR, frame=("f8", (4,)),  # centre of mass and principal axes in the body's frame
     pressed="i8",  # a contact was closed at the start of the step
-    unguarded="i8",  # 1: has shapes, off its centre, that make pairs without a guard, see `near.guards`
     # centre of mass after the last step of the world, and how far [m] the surface may move from there, rotation since
     # near pairs were listed included, with no contact possible; negative: none are excluded
     cleared=VECTOR, clearance="f8",

@@ -19,7 +19,7 @@ from contactlaw.world.bodies.motion import move_kinematic, note_usual, set_axes,
 from contactlaw.world.contacts.force import is_quasi_static
 from contactlaw.world.data.access import body_at, world_at
 from contactlaw.world.data.quaternion import conjugate, load4, product, store4, turn_by
-from contactlaw.world.data.records import AGED, FRESH
+from contactlaw.world.data.records import AGED
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, store, sub
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.trees.mobility import clear
@@ -98,7 +98,7 @@ def read_free(head, f):
     placed = head.known == 0 and not same_as_left(head, f)
     b.placed = 1 if placed else 0
     if b.oriented != 0:  # the rounding of its flight depends on when its near pairs are predicted
-        w.age, w.stale = max(w.age, FRESH if f.unguarded != 0 else AGED), max(w.stale, f.unguarded)
+        w.age = AGED
     if placed:
         w.stale = 1
         b.held[0] = np.nan  # it wakes

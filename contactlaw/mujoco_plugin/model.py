@@ -20,7 +20,7 @@ from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.data.demand import STEP, supply
 from contactlaw.world.data.frames import IDENTITY, UNTURNED, Pose
-from contactlaw.world.data.kinds import CORNER, EDGE
+from contactlaw.world.data.kinds import EDGE
 from contactlaw.world.data.records import Arrays
 from contactlaw.world.near.sets import systems_of
 from contactlaw.world.state import size as state_size
@@ -125,12 +125,10 @@ class Model:
         own = {instance.number: number for number, instance in enumerate(self._contacts)}
         leader = self._contacts[0].number
         senses, listed = sensors.rows_of(m, dict.fromkeys(instances(m), -1) | own)
-        geoms, shapes = self._geom_of_shape, a.shapes
+        geoms = self._geom_of_shape
         carrying = set(m.geom_bodyid[geoms].tolist()) | set(self._rows)
         bodies = {above for body in carrying for above in m.chain(body)}
         watch, values = watched_ranges(m, sorted(bodies), sorted(self._geom_shapes))
-        loose = set(shapes["body"][shapes["kind"] < CORNER].tolist())
-        frees = [free | {"unguarded": free["body"] in loose} for free in self._frees]
         supply(STEP)
         return build(a, {
             "report": report, "body_count": m.nbody, "nq": nq, "nv": nv,
@@ -138,7 +136,7 @@ class Model:
             "signature": layout.hash_of(repr(sizes).encode()),
             "content": layout.hash_of(m.plugin_attr.tobytes() + values.tobytes()),
             "recent": np.zeros(STARTS * (1 + nq + nv)), "left": np.zeros(1 + nq + 2 * nv), "given": np.zeros(nv),
-            "frees": with_rows(np.zeros(0, FREE), frees), "free_count": len(frees),
+            "frees": with_rows(np.zeros(0, FREE), self._frees), "free_count": len(self._frees),
             "mocaps": with_rows(np.zeros(0, MOCAP), self._mocaps), "mocap_count": len(self._mocaps),
             "trees": with_rows(np.zeros(0, JOINTED), self._trees), "tree_count": len(self._trees),
             "springs": with_rows(np.zeros(0, SPRING), self._spring_rows),

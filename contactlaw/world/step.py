@@ -115,14 +115,14 @@ def finish(w):
             deny_late(w, dt - now)
         first = window.predict_all(w, now, dt)
         if w.age == AGED and first < NEVER:
-            window.list_anew(w)
+            window.list_anew(w, 1)
             first = window.predict_all(w, now, dt)
         if now == 0.0 and w.together == 1 and take_implicit_steps(w):
             first = window.predict_all(w, now, dt)
             w.age = min(w.age, AGED)
         shortest, length, watched = window.plan_window(w)
         if w.age == AGED and min(first, shortest) < NEVER:
-            window.list_anew(w)
+            window.list_anew(w, 1)
             first = window.predict_all(w, now, dt)
         if shortest == NEVER:
             if first >= dt:
@@ -185,7 +185,7 @@ def begin(w):
     exceeded = any_guard_exceeded(w, w.step, 0.0)
     begin_pairs(w)
     if w.stale != 0:
-        window.list_anew(w)
+        window.list_anew(w, w.brief)
     elif exceeded:
         list_parts_anew(w)
     for k in range(w.nears):

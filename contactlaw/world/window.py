@@ -178,6 +178,15 @@ def may_close(w, p, now, until):
     return not time_to_close(p.gap, closing, max(p.acceleration, 0.0)) > length
 
 
+def any_may_close(w):
+    """Return whether any pair is active that is open."""
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        if p.active != 0 and p.closed == 0:
+            return True
+    return False
+
+
 def reaches_unlisted(w, time):
     """Return whether impacts could bring a body to what is not listed, within a time [s] from the step's start on."""
     for n in range(w.near_body_count):
@@ -210,13 +219,17 @@ def join_loose(w, time):
     return root_of(w, first) if first >= 0 else -1
 
 
-def list_anew(w):
-    """List near pairs at the start of a step, as if all that is known of their bodies were from this step."""
+def list_anew(w, brief):
+    """List near pairs at the start of a step, as if all that is known of their bodies were from this step.
+
+    brief: 1: for this step alone, see `WORLD.brief`.
+    """
+    w.brief = brief
     list_near(w)
     for i in range(w.body_count):
         body_at(w.bodies, i).changed = 1
     guards.any_guard_exceeded(w, w.step, 0.0)
-    w.age = FRESH if w.age != 0 else 0
+    w.age = FRESH if w.age != 0 and brief != 0 else w.age
 
 
 def bound_delta_v(a, b, speed, enough):

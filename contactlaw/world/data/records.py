@@ -394,8 +394,9 @@ WORLD = record(
     slots="i8",  # how many slots of contacts have ever been in use: the first ones
     loose="i8",  # first body of the island that may end a window early, see `window.join_loose`; -1: none
     rested="i8", stale="i8",  # 1: no body moved in the last step; 1: near pairs must be listed anew
-    brief="i8",  # 1: and will be again in the next step
-    age="i8",  # AGED, FRESH: near pairs were listed in an earlier step, which must not show, or in this; 0: no matter
+    brief="i8",  # 1: a list serves for the present step alone
+    # 0: no matter; AGED: near pairs may have been listed in an earlier step, which must not show; FRESH: in this one
+    age="i8",
     edited="i8",  # 0, EDITED: the user has changed bodies since the last step, RESIZED: shapes too, which may overlap
     unknowns="i8", unknown_room="i8",  # of the island that takes an implicit step; how many there is room for
     implicit="i8", solved="i8",  # counts since the start: implicit steps of islands, and factorisations for them

@@ -27,7 +27,7 @@ from contactlaw.world.shapes.geometry import bounding_radius, centre, meet
 # shapes, that of going through the list in each window with the bodies.
 MARGIN_STEPS = 4.0
 PARTS_MARGIN_STEPS = 16.0  # the same where most shapes have parts: guards tell cheaply which of these are near
-BRIEF_STEPS = 1.0  # the same where near pairs are listed in each step anyhow
+BRIEF_STEPS = 1.0  # the same where a list serves for one step, see `WORLD.brief`
 # Bodies among which margins last one step: each step has many windows, and each goes through the list. These margins
 # allow for impacts too, see `set_margins`.
 MANY_BODIES = 256

@@ -7,6 +7,7 @@ all parts of a shape lie behind its plane. So one product excludes most of the h
 from contactlaw.jit import jit_module
 from contactlaw.memory import whole_at
 from contactlaw.pair import DEEPEST
+from contactlaw.world.contacts.meeting import place_along
 from contactlaw.world.data.access import (
     axis_at,
     body_at,
@@ -254,6 +255,7 @@ def complete_near(w, k):
     if slot >= 0 and contact_at(w.contacts, slot).pair == p.pair:
         c = contact_at(w.contacts, slot)
         p.slot, p.initial_overlap = slot, c.initial_overlap
+        p.place[2] = place_along(c, shape_at(w.shapes, p.a), body_at(w.bodies, p.body_a))
         p.listed_gap = NEVER if geometry.is_ignored(p) else p.listed_gap
         p.closed = 1 if c.phase == CLOSED else 0
         c.near = k

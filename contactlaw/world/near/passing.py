@@ -20,10 +20,10 @@ from contactlaw.jit import jit_module
 from contactlaw.world.bodies.bounds import IDLE, motion_against
 from contactlaw.world.bodies.motion import closing_at, is_static, set_axes
 from contactlaw.world.contacts.touch import release_if_put_deeper
-from contactlaw.world.data.access import body_at, guard_at, near_at, shape_at, tree_at, world_at
+from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at, tree_at, world_at
 from contactlaw.world.data.kinds import BOX
 from contactlaw.world.data.quaternion import store4
-from contactlaw.world.data.records import ASKED, BOUNDED, DENIED, LATE, MEASURED, NEVER, PASSES
+from contactlaw.world.data.records import ASKED, BOUNDED, CLOSED, DENIED, LATE, MEASURED, NEVER, PASSES
 from contactlaw.world.data.saved import restore_body, save_body
 from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, store, sub, to_body, to_world
 from contactlaw.world.near import guards
@@ -42,23 +42,25 @@ def find_pressed(w):
     For adapters, between two steps. Open pairs of trees that may pass by everything get the gap and the closing speed
     that `find_passing` starts from.
     """
-    placed, gaps_needed = False, False
+    placed, asked, gaps_needed = False, False, False
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         b.pressed = 0
-        placed = placed or b.placed != 0
+        placed, asked = placed or b.placed != 0, asked or needs_gap(b)
         if b.inverse_mass == 0.0 and not is_static(b) and may_leave_margin(b, w.step):
             w.stale = 1
-    if w.stale != 0 or (placed and guards.any_guard_exceeded(w, -NEVER, 2.0 * w.step)):
+    needed = asked or w.age == 0 or w.nears == 0 or w.edited != 0  # else `begin` lists them, for as long as they serve
+    if (w.stale != 0 and needed) or (placed and guards.any_guard_exceeded(w, -NEVER, 2.0 * w.step)):
         list_near(w)
-    for k in range(w.nears):
+    for k in range(w.nears if placed else 0):
         p = near_at(w.near, k)
-        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-        if p.closed != 0 and a.placed + b.placed != 0:
+        if p.closed != 0 and body_at(w.bodies, p.body_a).placed + body_at(w.bodies, p.body_b).placed != 0:
             release_if_put_deeper(w, p)
-        if p.closed != 0:
-            mark_pressed(a)
-            mark_pressed(b)
+    for slot in range(w.slots if w.spares < w.contact_room else 0):
+        c = contact_at(w.contacts, slot)
+        if c.phase == CLOSED:
+            mark_pressed(body_at(w.bodies, c.body_a))
+            mark_pressed(body_at(w.bodies, c.body_b))
     for i in range(w.body_count):  # after closed pairs: a tree that is pressed needs no gaps
         gaps_needed = gaps_needed or needs_gap(body_at(w.bodies, i))
     for k in range(w.guard_count if gaps_needed else 0):
