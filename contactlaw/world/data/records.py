@@ -15,6 +15,7 @@ from contactlaw.laws.record import CONTACT as TOUCH
 from contactlaw.laws.record import record
 from contactlaw.laws.torsion import TORSION
 from contactlaw.world.data.demand import TABLE
+from contactlaw.world.data.kinds import PARTS
 
 NEVER = np.inf
 
@@ -356,10 +357,10 @@ class Arrays(NamedTuple):
         for name, array in zip(self._fields[:-1], self[:-1], strict=True):
             one[name] = array.ctypes.data
         one["body_count"], one["shape_count"], one["pair_count"] = self.bodies.size, self.shapes.size, self.pairs.size
+        one["whole_count"] = 1 + np.flatnonzero(~np.isin(self.shapes["kind"], PARTS)).max(initial=-1)
         one["near_room"], one["guard_room"], one["contact_room"] = self.near.size, self.guards.size, self.contacts.size
         one["memory_size"], one["group_count"] = self.memory.shape[1], self.groups.shape[0]
-        one["unknown_room"] = self.equations.shape[1]
-        one["cells"] = self.grid.size - 4 * self.shapes.size
+        one["unknown_room"], one["cells"] = self.equations.shape[1], self.grid.size - 4 * self.shapes.size
         self.shapes["points"] = self.points.ctypes.data + 24 * self.shapes["first"]
         one["demand"] = TABLE.ctypes.data
         for number, tree in enumerate(self.trees):
@@ -383,7 +384,7 @@ RECORDS = {
 WORLD = record(
     **dict.fromkeys(Arrays._fields[:-1], "u8"),  # addresses of the arrays, and their lengths
     body_count="i8", shape_count="i8", pair_count="i8", near_room="i8", contact_room="i8", memory_size="i8",
-    group_count="i8", guard_room="i8",
+    group_count="i8", guard_room="i8", whole_count="i8",  # and 1 + the last shape that is no part of another one
     cells="i8", step="f8",  # cells of the grid's hash table, a power of two; length of the step [s]
     together="i8",  # how many time steps of a `World` that is, see `step.steps_together`; 1 in engines
     time="f8",  # [s] that a `World` has been moved by

@@ -48,7 +48,7 @@ def list_near(w):
     The margins are for several steps, or for one step if the arrays are too small for that many near pairs.
     """
     wholes, ends, cores = 0, 0, 0  # cores: by how many they outnumber round shapes
-    for i in range(w.shape_count):
+    for i in range(w.whole_count):
         s = shape_at(w.shapes, i)
         wholes += 0 if is_part(s) else 1
         ends += 1 if s.kind == END else 0
@@ -129,13 +129,14 @@ def list_within(w, steps, few):
     cells = w.cells
     for i in range(cells):
         set_whole(w.grid, i, -1)
-    levels = 0
-    for i in range(shapes):
+    levels, moving = 0, 0  # bits: those that have shapes, and shapes of bodies that contacts can move
+    for i in range(w.whole_count):
         s = shape_at(w.shapes, i)
         if s.kind < PLANE and not is_part(s):
             wide = 2.0 * (bounding_radius(s) + body_at(w.bodies, s.body).margin)
             level = max(ceil(log2(wide / smallest) - 1e-9), 0)  # cells of level 0 are as wide as the smallest shape
             levels |= 1 << level
+            moving |= 0 if body_at(w.bodies, s.body).inverse_mass == 0.0 else 1 << level
             set_whole(w.grid, cells + shapes + i, level)
             x, y, z = cell_of(w, i, smallest * 2.0**level)
             key = key_of(x, y, z, level)
@@ -143,7 +144,7 @@ def list_within(w, steps, few):
             set_whole(w.grid, cells + 3 * shapes + i, key)
             set_whole(w.grid, cells + i, whole_at(w.grid, cell))
             set_whole(w.grid, cell, i)
-    for i in range(shapes):
+    for i in range(w.whole_count):
         s = shape_at(w.shapes, i)
         if is_part(s):
             continue
@@ -151,22 +152,23 @@ def list_within(w, steps, few):
             list_pair(w, s.partner, i)
             continue
         if s.kind >= PLANE:
-            for j in range(shapes):
+            for j in range(w.whole_count):
                 if shape_at(w.shapes, j).kind < PLANE and not is_part(shape_at(w.shapes, j)):
                     list_pair(w, max(i, j), min(i, j))
             continue
         own = whole_at(w.grid, cells + shapes + i)
+        partners = moving if body_at(w.bodies, s.body).inverse_mass == 0.0 else levels
         for level in range(own, 63):
-            if levels >> level == 0:
+            if partners >> level == 0:
                 break
-            if (levels >> level) & 1:
+            if (partners >> level) & 1:
                 list_around(w, i, level, smallest * 2.0**level, cells)
 
 
 def list_few(w):
     """List the shapes that are near, by comparing all with each other; ends of capsules do not meet."""
     count, first = 0, w.cells + w.shape_count  # `WORLD.grid` has room for the numbers of whole shapes there
-    for i in range(w.shape_count):
+    for i in range(w.whole_count):
         s = shape_at(w.shapes, i)
         if s.kind == TANGENT:
             list_pair(w, s.partner, i)
@@ -214,7 +216,7 @@ def set_margins(w, time):
         b = body_at(w.bodies, i)
         b.margin += SLACK * b.size + (0.0 if b.inverse_mass == 0.0 else impact_margin)
     smallest = NEVER
-    for i in range(w.shape_count):
+    for i in range(w.whole_count):
         s = shape_at(w.shapes, i)
         if s.kind < PLANE and not is_part(s):
             smallest = min(smallest, 2.0 * (bounding_radius(s) + body_at(w.bodies, s.body).margin))
