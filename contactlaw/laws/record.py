@@ -12,6 +12,8 @@ from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 from contactlaw.jit import jit, jit_inline
 from contactlaw.memory import caller, doubles_at, element
 
+VECTOR, MATRIX = ("f8", (3,)), ("f8", (9,))  # of a field; row by row
+
 
 def record(*names: str, **fields: Any) -> np.dtype:
     """Return a record type, aligned: float64 fields of these names, then fields of a type, or a type and a shape."""

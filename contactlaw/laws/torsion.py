@@ -46,7 +46,7 @@ from math import copysign, pi, sqrt
 import numpy as np
 
 from contactlaw.jit import jit_inline, jit_module, jit_of_sums
-from contactlaw.laws.record import SLIDING, SPRUNG, ask_energy, record
+from contactlaw.laws.record import SLIDING, SPRUNG, VECTOR, ask_energy, record
 from contactlaw.laws.slip import span_of
 from contactlaw.laws.step import ask
 
@@ -55,7 +55,7 @@ EDGES = (np.arange(RINGS + 1) / RINGS) ** 0.9  # radii over the span; closer tow
 TORSION = record(
     "span", "moment",  # radius that the rings span [m], 0: no spin since the touch; moment against the spin [N m]
     twists=("f8", (RINGS,)),  # elastic angles of the rings [rad]
-    stored="f8", missed=("f8", (3,)),  # of `sectors`: elastic energy [J]; force and moment of the parallel spring
+    stored="f8", missed=VECTOR,  # of `sectors`: elastic energy [J]; force and moment of the parallel spring
 )  # fmt: skip
 """State of a contact under torsion."""
 

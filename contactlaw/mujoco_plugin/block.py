@@ -15,10 +15,10 @@ import numpy as np
 from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_module
-from contactlaw.laws.record import record
+from contactlaw.laws.record import VECTOR, record
 from contactlaw.memory import doubles_at, element, load_int, whole_at
 from contactlaw.mujoco_plugin.layout import data_at, record_at
-from contactlaw.world.data.records import VECTOR, Array, Arrays
+from contactlaw.world.data.records import Array, Arrays
 
 STARTS = 4  # states kept, of the last calls of compute: Runge-Kutta calls it four times a step
 

@@ -33,7 +33,7 @@ from contactlaw.mujoco_plugin.block import entries, entry, floats, gather, last_
 from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.world.data.access import axis_at, limit_at
 from contactlaw.world.data.quaternion import conjugate, load4, product, rotation_vector
-from contactlaw.world.data.records import FREE_JOINT, SLIDE, SPARE_LIMITS
+from contactlaw.world.data.tree import FREE_JOINT, SLIDE, SPARE_LIMITS
 from contactlaw.world.trees.dynamics import add_square, pull, row_of, solve
 from contactlaw.world.trees.kinematics import displace, vector
 from contactlaw.world.trees.limits import find

@@ -23,7 +23,8 @@ from contactlaw.mujoco_plugin.notices import TOWED, report_once
 from contactlaw.world.bodies.motion import is_static
 from contactlaw.world.data.access import axis_at, body_at, limit_at, near_at, tree_at, world_at
 from contactlaw.world.data.call import BODY_TYPE, VECTOR, call_on_tree, call_with_body
-from contactlaw.world.data.records import ASKED, DENIED, LATE, PASSES, PLACED
+from contactlaw.world.data.records import LATE
+from contactlaw.world.data.tree import ASKED, DENIED, PASSES, PLACED
 from contactlaw.world.data.vec import cross, load, norm, store
 from contactlaw.world.near.passing import find_passing
 from contactlaw.world.state import forget_motion_of

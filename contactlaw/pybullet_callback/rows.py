@@ -18,11 +18,10 @@ from math import cos, isfinite, pi, sin
 from typing import Any
 
 from contactlaw.jit import jit_module
-from contactlaw.laws.record import record
+from contactlaw.laws.record import VECTOR, record
 from contactlaw.memory import element, set_whole
 from contactlaw.world.bodies.motion import gyroscopic, set_axes, spin_after, spin_change
 from contactlaw.world.data.quaternion import product, store4, unit
-from contactlaw.world.data.records import VECTOR
 from contactlaw.world.data.vec import axpy, load, norm, scale, store, to_body, to_world
 
 POSE, TWIST = {"position": VECTOR, "quaternion": ("f8", (4,))}, {"velocity": VECTOR, "spin": VECTOR}

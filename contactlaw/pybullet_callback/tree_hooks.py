@@ -26,13 +26,13 @@ changes its momentum by no more than the force that is left gives: else it would
 from math import inf
 
 from contactlaw.jit import jit_module
-from contactlaw.laws.record import record
+from contactlaw.laws.record import VECTOR, record
 from contactlaw.memory import element
 from contactlaw.world.bodies.motion import settle
 from contactlaw.world.data.access import axis_at, body_at, joint_at, link_at, tree_at, world_at
 from contactlaw.world.data.call import call_with_body
 from contactlaw.world.data.quaternion import conjugate, load4, turn_by
-from contactlaw.world.data.records import BALL, VECTOR
+from contactlaw.world.data.tree import BALL
 from contactlaw.world.data.vec import ZERO, axpy, cross, dot, load, scale, store, to_world
 from contactlaw.world.near.passing import overlaps
 from contactlaw.world.trees import dynamics

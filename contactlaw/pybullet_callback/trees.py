@@ -17,7 +17,8 @@ from contactlaw.pybullet_callback import tree_hooks
 from contactlaw.pybullet_callback.shapes import BASE, KINDS, MULTIBODY, Key, can_move, joints_of, pose_of, turned
 from contactlaw.world import World
 from contactlaw.world.data.frames import CONJUGATE, IDENTITY, UNTURNED, Pose
-from contactlaw.world.data.records import BALL, Array, Arrays
+from contactlaw.world.data.records import Array, Arrays
+from contactlaw.world.data.tree import BALL
 from contactlaw.world.trees.description import Joint, Part, records_of
 from contactlaw.world.trees.motion import LARGEST_TURN, MOST
 

@@ -9,7 +9,8 @@ import numpy as np
 from contactlaw.laws.record import PAIR as LAW
 from contactlaw.laws.record import PAIR_SIZE
 from contactlaw.world.data import kinds
-from contactlaw.world.data.records import EDITED, FREE, RECORDS, SCRATCH, WORLD, Array, Arrays, numbers_of
+from contactlaw.world.data.records import EDITED, FREE, RECORDS, SCRATCH, WORLD, Array, Arrays
+from contactlaw.world.data.tree import numbers_of
 from contactlaw.world.implicit.equations import room_for
 from contactlaw.world.shapes.functions import write_addresses
 from contactlaw.world.shapes.hulls import by_direction
@@ -78,7 +79,7 @@ def with_bodies(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
 
 
 def with_tree(one: Arrays, fields: dict[str, Any]) -> Arrays:
-    """Return the world with one more tree, whose bodies it has already; fields: of `records.TREE`."""
+    """Return the world with one more tree, whose bodies it has already; fields: of `tree.TREE`."""
     trees = with_rows(one.trees, [addresses() | fields])
     tree = trees[-1]
     tree["numbers"] = one.joints.size

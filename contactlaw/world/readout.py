@@ -9,7 +9,8 @@ from contactlaw.jit import jit
 from contactlaw.pair import DEEPEST, FOUND_IN, PASSING, TOO_DEEP
 from contactlaw.world.contacts.force import stored_energy
 from contactlaw.world.data.access import contact_at, pair_at
-from contactlaw.world.data.records import AXIS, CLOSED, FREE, Array, Arrays
+from contactlaw.world.data.records import CLOSED, FREE, Array, Arrays
+from contactlaw.world.data.tree import AXIS
 from contactlaw.world.shapes.curvature import UNCLEAR, radius_is_clear
 from contactlaw.world.shapes.geometry import IGNORED
 from contactlaw.world.trees.tree_records import numbers

@@ -22,7 +22,8 @@ from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at,
 from contactlaw.world.data.call import address, call_on_world, call_step, error_pending, ready
 from contactlaw.world.data.demand import IMPLICIT, STEP
 from contactlaw.world.data.kinds import TANGENT
-from contactlaw.world.data.records import AGED, NEVER, PARTED, PASSES, TWIST_ALWAYS
+from contactlaw.world.data.records import AGED, NEVER, PARTED, TWIST_ALWAYS
+from contactlaw.world.data.tree import PASSES
 from contactlaw.world.data.vec import load, store
 from contactlaw.world.island import integrate
 from contactlaw.world.near.guards import any_guard_exceeded, surface_speed

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlaw.world import World
-from contactlaw.world.data.records import AXIS, Arrays
+from contactlaw.world.data.records import Arrays
+from contactlaw.world.data.tree import AXIS
 from contactlaw.world.trees.tree_records import numbers
 from tests.world.chains import Chain, Link
 from tests.world.world_scenes import mass_of, steel_pair

@@ -7,7 +7,7 @@ import pytest
 
 from contactlaw import ContactPair
 from contactlaw.world import World
-from contactlaw.world.data.records import AXIS
+from contactlaw.world.data.tree import AXIS
 from contactlaw.world.trees.description import Joint, Part, Tree
 from contactlaw.world.trees.tree_records import numbers
 from tests.world.jointed_scenes import TIP, arm_over_floor

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from contactlaw.world.data.frames import matrix_of
-from contactlaw.world.data.records import AXIS, LINK, Array, Arrays
+from contactlaw.world.data.records import Array, Arrays
+from contactlaw.world.data.tree import AXIS, LINK
 from contactlaw.world.step import step
 from contactlaw.world.trees.tree_records import coordinates, numbers
 from tests.world.jointed_models import made_of, random_model, random_state, tree_of

@@ -6,7 +6,7 @@ Python owns the arrays (`world.arrays`), keeps them alive and writes their addre
 from typing import Any
 
 from contactlaw.memory import address_in, element
-from contactlaw.world.data import records
+from contactlaw.world.data import records, tree
 
 body_at: Any = element(records.BODY)
 shape_at: Any = element(records.SHAPE)
@@ -16,11 +16,11 @@ guard_at: Any = element(records.GUARD)
 near_at: Any = element(records.NEAR)
 near_address: Any = address_in(records.NEAR)
 contact_at: Any = element(records.CONTACT)
-tree_at: Any = element(records.TREE)
+tree_at: Any = element(tree.TREE)
 world_at: Any = element(records.WORLD)
-link_at: Any = element(records.LINK)
-joint_at: Any = element(records.JOINT)
-axis_at: Any = element(records.AXIS)
-limit_at: Any = element(records.LIMIT)
+link_at: Any = element(tree.LINK)
+joint_at: Any = element(tree.JOINT)
+axis_at: Any = element(tree.AXIS)
+limit_at: Any = element(tree.LIMIT)
 row_at: Any = element(records.ROW)
 coasting_at: Any = element(records.COASTING)

@@ -11,7 +11,8 @@ from numba import types
 from contactlaw.jit import jit_module
 from contactlaw.memory import caller, element
 from contactlaw.world.data.demand import DEMAND
-from contactlaw.world.data.records import BODY, CONTACT, NEAR, SHAPE, TREE, WORLD
+from contactlaw.world.data.records import BODY, CONTACT, NEAR, SHAPE, WORLD
+from contactlaw.world.data.tree import TREE
 
 BODY_TYPE, SHAPE_TYPE, TREE_TYPE, NEAR_TYPE, CONTACT_TYPE, WORLD_TYPE = map(
     numba.from_dtype, (BODY, SHAPE, TREE, NEAR, CONTACT, WORLD)

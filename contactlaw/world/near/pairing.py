@@ -21,7 +21,8 @@ from contactlaw.world.data.access import (
     tree_at,
 )
 from contactlaw.world.data.kinds import BOX, CORNER, EDGE, HEIGHT_FIELD, MEETS, PLANE, SEGMENT, SIDE, SPHERE, TANGENT
-from contactlaw.world.data.records import CLOSED, HINGE, NEVER
+from contactlaw.world.data.records import CLOSED, NEVER
+from contactlaw.world.data.tree import HINGE
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body
 from contactlaw.world.near.guards import SLACK, lead_of, new_guard, separate
 from contactlaw.world.shapes import geometry

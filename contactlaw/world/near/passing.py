@@ -23,8 +23,9 @@ from contactlaw.world.contacts.touch import release_if_put_deeper
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at, tree_at, world_at
 from contactlaw.world.data.kinds import BOX
 from contactlaw.world.data.quaternion import store4
-from contactlaw.world.data.records import ASKED, BOUNDED, CLOSED, DENIED, LATE, MEASURED, NEVER, PASSES
+from contactlaw.world.data.records import BOUNDED, CLOSED, LATE, MEASURED, NEVER
 from contactlaw.world.data.saved import restore_body, save_body
+from contactlaw.world.data.tree import ASKED, DENIED, PASSES
 from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, store, sub, to_body, to_world
 from contactlaw.world.near import guards
 from contactlaw.world.near.listing import list_near, may_leave_margin

@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 
 from contactlaw import checks
 from contactlaw.world.data.frames import UNTURNED, principal, unit_quaternion
-from contactlaw.world.data.records import BALL, FREE_JOINT, HINGE, SLIDE, Array
+from contactlaw.world.data.records import Array
+from contactlaw.world.data.tree import BALL, FREE_JOINT, HINGE, SLIDE
 from contactlaw.world.trees.tree_records import V_SIZE, TreeRecords, firsts
 
 KINDS = {"free": FREE_JOINT, "ball": BALL, "slide": SLIDE, "hinge": HINGE}

@@ -16,7 +16,7 @@ from contactlaw.memory import doubles_at
 from contactlaw.world.bodies.motion import set_axes
 from contactlaw.world.data.access import axis_at, body_at, joint_at, link_at
 from contactlaw.world.data.quaternion import conjugate, load4, product, rotation, rotation_vector, store4, turn_by, unit
-from contactlaw.world.data.records import BALL, SLIDE
+from contactlaw.world.data.tree import BALL, SLIDE
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, load, store, sub
 
 

@@ -13,7 +13,7 @@ from contactlaw.world.bodies.motion import LEAST_MOBILITY, mobility_bound
 from contactlaw.world.data.access import axis_at, body_at, link_at, tree_at
 from contactlaw.world.data.call import call_on_tree
 from contactlaw.world.data.checksum import as_float, mix
-from contactlaw.world.data.records import PLACED
+from contactlaw.world.data.tree import PLACED
 from contactlaw.world.data.vec import add, cross, load, norm, store, sub
 from contactlaw.world.trees import dynamics, limits
 from contactlaw.world.trees.kinematics import response_of, spread_velocity, vector

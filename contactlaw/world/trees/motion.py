@@ -25,7 +25,7 @@ from math import ceil, sqrt
 from contactlaw.jit import jit_module
 from contactlaw.world.data.access import axis_at, body_at, link_at, tree_at
 from contactlaw.world.data.call import call_on_tree
-from contactlaw.world.data.records import PLACED
+from contactlaw.world.data.tree import PLACED
 from contactlaw.world.data.vec import add, load, norm, scale, store, sub
 from contactlaw.world.trees import limits
 from contactlaw.world.trees.kinematics import add_to_coordinates, response_of, spread_velocity, vector

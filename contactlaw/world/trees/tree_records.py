@@ -11,7 +11,8 @@ import numpy as np
 from contactlaw.jit import address_of
 from contactlaw.world.data.call import ask_mobility, call_on_tree, call_with_body, call_with_number, call_with_vectors
 from contactlaw.world.data.frames import ALIKE, CONJUGATE, IDENTITY, ORIGIN, Pose, matrix_of, principal, product
-from contactlaw.world.data.records import AXIS, BALL, FREE_JOINT, HINGE, JOINT, LINK, SLIDE, Array, Arrays, numbers_of
+from contactlaw.world.data.records import Array, Arrays
+from contactlaw.world.data.tree import AXIS, BALL, FREE_JOINT, HINGE, JOINT, LINK, SLIDE, numbers_of
 from contactlaw.world.trees import dynamics, kinematics, mobility, motion
 
 Q_SIZE = {BALL: 4, SLIDE: 1, HINGE: 1}
@@ -31,7 +32,7 @@ class TreeRecords:
         joined: Sets of velocities of the model, each coupled by a soft constraint.
 
     Attributes:
-        links, joints, axes: Records (`records.LINK`, `JOINT`, `AXIS`).
+        links, joints, axes: Records (`tree.LINK`, `JOINT`, `AXIS`).
         row, at, quaternion: Of each of the bodies: number of its link, and pose of its frame in the link's principal
             axes, from its centre of mass: shapes (bodies,), (bodies, 3), (bodies, 4).
         q_of, v_of: Places of the tree's coordinates and velocities among those of the model.
@@ -154,7 +155,7 @@ class TreeRecords:
         ]  # fmt: skip
 
     def fields(self) -> dict[str, Any]:
-        """Return the fields of `records.TREE`, except its bodies, gravity, and what carries it if not the world."""
+        """Return the fields of `tree.TREE`, except its bodies, gravity, and what carries it if not the world."""
         return {
             "count": self.links.size, "joint_count": self.joints.size, "q_size": self.start.size,
             "v_size": self.axes.size, "base_turn": (1.0, 0.0, 0.0, 0.0), "stale": 1,
@@ -192,7 +193,7 @@ def _parts_of(model: Any, joint: int) -> list[Any]:
 
 @lru_cache
 def addresses() -> dict[str, int]:
-    """Return the addresses of the compiled functions of trees, by their names in `records.TREE`."""
+    """Return the addresses of the compiled functions of trees, by their names in `tree.TREE`."""
     by_signature = {
         call_on_tree: (kinematics.move, dynamics.accelerate),
         call_with_number: (motion.fly, motion.drift),
@@ -207,7 +208,7 @@ def addresses() -> dict[str, int]:
 
 
 def numbers(world: Arrays, number: int, name: str) -> Array:
-    """Return a view of one of a tree's arrays, by its name in `records.TREE`."""
+    """Return a view of one of a tree's arrays, by its name in `tree.TREE`."""
     tree = world.trees[number]
     sizes = numbers_of(tree)
     names = list(sizes)
