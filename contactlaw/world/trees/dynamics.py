@@ -87,7 +87,7 @@ def set_forces(t, d, a):
             j = axis_at(t.axes, j).parent
     for i in range(t.limited):
         limit, row = limit_at(t.limits, i), row_of(t, t.rows, i)
-        for k in range(limit.first, limit.end):
+        for k in range(limit.first, limit.end if limit.force != 0.0 else limit.first):
             a[k] += row[k] * limit.force
     if t.held == 0.0:
         pull(t, 1.0, a, vector(t.x, t.v_size))

@@ -17,7 +17,7 @@ mass would drive what has been knocked off it, and moves away.
 
 from contactlaw.jit import jit_module
 from contactlaw.world.data.access import limit_at
-from contactlaw.world.trees.dynamics import row_of, solve
+from contactlaw.world.trees.dynamics import row_of, solve_ld, solve_lt
 from contactlaw.world.trees.kinematics import displace, vector
 
 SWEEPS, SETTLED = 100, 1e-3  # at most; share of its impulse by which a limit may be off after the last
@@ -37,7 +37,8 @@ def answer_to(t, i):
     if limit.answered == 0:
         for k in range(t.v_size):
             x[k] = row[k]
-        solve(t, x)
+        solve_lt(t, x, limit.end - 1, limit.end > limit.first + 1)
+        solve_ld(t, x)
         limit.answered = 1
     return x
 
@@ -62,7 +63,10 @@ def find(t, change, time, ahead, kicks):
     for _ in range(SWEEPS):
         changed = 0
         for i in range(t.limited):
-            limit, gained = limit_at(t.limits, i), along(t, i, change)
+            limit = limit_at(t.limits, i)
+            if limit.reached == 0 and limit.force == 0.0:
+                continue
+            gained = along(t, i, change)
             if limit.given != 0.0:
                 gained -= along(t, i, answer_to(t, i)) * limit.given
             if kicks and limit.pushes == 0:
