@@ -65,9 +65,8 @@ def read_limits(head, j, t):
         limit.first, limit.end = first, end
         copy(row, row_of(t, t.rows, t.limited))
         limit.gap = doubles_at(d.efc_pos)[i] - doubles_at(d.efc_margin)[i] - along_row(t, t.room)
-        stiffness = reference[0] * reference[2]
-        limit.mass = doubles_at(d.efc_D)[i] / (1.0 + ahead * (reference[1] + ahead * stiffness))
-        limit.stiffness, limit.resistance = limit.mass * stiffness, limit.mass * reference[1]
+        slopes = slopes_ahead(doubles_at(d.efc_D)[i], reference[1], reference[0] * reference[2], ahead)
+        limit.mass, limit.resistance, limit.stiffness = slopes
         limit.force, limit.answered = doubles_at(d.efc_force)[i], 0
         limit.pushes = 1 if limit.force > 0.0 else 0
         for k in range(n):
@@ -102,20 +101,29 @@ def foresee_limits(head, j, t, moved):
         row[k], limit.first, limit.end, limit.gap = side, k, k + 1, gap - side * moved[k]
         limit.force, limit.pushes, limit.answered = 0.0, 0, 0
         one, two = doubles_at(m.jnt_solref)[layout.REF * joint], doubles_at(m.jnt_solref)[layout.REF * joint + 1]
-        impedance = min(max(doubles_at(m.jnt_solimp)[layout.IMP * joint + 1], 1e-4), 0.9999)
+        impedance = doubles_at(m.jnt_solimp)[layout.IMP * joint + 1]
+        impedance = min(max(impedance, layout.LEAST_IMPEDANCE), layout.MOST_IMPEDANCE)
         stiffness, damping = -one / impedance, -two / impedance
         if one > 0.0:
             one = max(one, 0.0 if flags & layout.REF_UNSAFE else 2.0 * head.step_size)
             stiffness, damping = 1.0 / (impedance * one * one * two * two), 2.0 / (impedance * one)
         mass = impedance / ((1.0 - impedance) * doubles_at(m.dof_invweight0)[place])
-        limit.mass = mass / (1.0 + ahead * (damping + ahead * stiffness))
-        limit.stiffness, limit.resistance = limit.mass * stiffness, limit.mass * damping
+        limit.mass, limit.resistance, limit.stiffness = slopes_ahead(mass, damping, stiffness, ahead)
         t.limited += 1
 
 
 def steps_ahead(head):
     """Return how long [s] after the start of its step the engine evaluates limits and equalities."""
     return head.step_size if model_at(head.model, 0).opt.integrator == layout.DISCRETE else 0.0
+
+
+def slopes_ahead(weight, damping, stiffness, ahead):
+    """Return by how much the force D (-B J v - K r - J a) of a soft constraint falls with J a, with J v and with r.
+
+    weight, damping, stiffness: D, B, K; ahead: time [s] after the start of the step at which the engine evaluates it.
+    """
+    mass = weight / (1.0 + ahead * (damping + ahead * stiffness))
+    return mass, mass * damping, mass * stiffness
 
 
 def read_springs(head, j, t):
@@ -256,14 +264,13 @@ def read_equalities(head, j, t):
     for i in range(d.ne):
         read_constraint(head, j, t, i, True)
         reference, whole = floats(d.efc_KBIP, 4 * i, 3), doubles_at(d.efc_D)[i]
-        weight = whole / (1.0 + ahead * (reference[1] + ahead * reference[0] * reference[2]))
-        stiffness = weight * reference[0] * reference[2]
+        weight, damping, stiffness = slopes_ahead(whole, reference[1], reference[0] * reference[2], ahead)
         spring = 0.5 * head.step_size * stiffness
         push = whole * along_row(t, t.room) + (ahead * stiffness - spring) * along_row(t, t.v_f)
         for k in range(n):
             f[k] += push * row[k]
         add_square(t, t.e, weight)
-        add_square(t, t.d, weight * reference[1] + spring)
+        add_square(t, t.d, damping + spring)
 
 
 def read_armatures(head, j, t):

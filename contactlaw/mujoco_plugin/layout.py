@@ -66,6 +66,7 @@ MODEL = structure("mjModel")[[
 data_at: Any = element(DATA)
 model_at: Any = element(MODEL)
 REF, IMP = int(mujoco.mjNREF), int(mujoco.mjNIMP)
+LEAST_IMPEDANCE, MOST_IMPEDANCE = float(mujoco.mjMINIMP), float(mujoco.mjMAXIMP)
 BIAS = int(mujoco.mjNBIAS)  # parameters of an actuator's bias
 NO_GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
 NO_CONTACT = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)

@@ -247,7 +247,8 @@ def list_anew(w, brief):
     for i in range(w.body_count):
         body_at(w.bodies, i).changed = 1
     guards.any_guard_exceeded(w, w.step, 0.0)
-    w.age = FRESH if w.age != 0 and brief != 0 else w.age
+    if w.age != 0 and brief != 0:
+        w.age = FRESH
 
 
 def bound_delta_v(a, b, speed, enough):

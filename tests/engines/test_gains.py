@@ -154,7 +154,7 @@ LEG = """<mujoco><option gravity="0 0 0"/><worldbody><geom name="floor" type="pl
 
 
 def landed(model, step, integrator="EULER", stiffness=0.0, start=(0.55, -0.8, -2.0, 0.6, -3.6), time=4e-3):
-    """Velocities of a leg 4 ms after its throw, both joints at their stops; stiffness: of Hertz's force by hand."""
+    """Velocities of a leg a time [s] after its throw, by the law or, with its stiffness, by Hertz's force by hand."""
     model.opt.timestep, model.opt.integrator = step, getattr(mujoco.mjtIntegrator, f"mjINT_{integrator}")
     data, jacobian, foot = mujoco.MjData(model), np.zeros((3, 3)), model.geom("foot").id
     data.qpos[1:], data.qvel[:] = start[:2], start[2:]

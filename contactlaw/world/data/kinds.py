@@ -13,7 +13,7 @@ before each step where an engine has found two shapes nearest; its pair is alway
 
 SPHERE, END, CORNER, SEGMENT, EDGE, DISC, SIDE, ELLIPSOID, BOX, CYLINDER, HULL, PLANE, HEIGHT_FIELD, TANGENT = range(14)
 
-PARTS = CORNER, EDGE, DISC, SIDE
+PARTS = CORNER, EDGE, DISC, SIDE  # kinds that are only parts of flat shapes
 
 _MET = {
     SPHERE: {SPHERE, SEGMENT, *range(ELLIPSOID, TANGENT + 1)}, **dict.fromkeys((END, CORNER), range(BOX, TANGENT + 1)),

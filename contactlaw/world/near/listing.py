@@ -16,11 +16,11 @@ from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.bodies.motion import wake_body
 from contactlaw.world.contacts.touch import begin_contact, end_contact, release
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at
-from contactlaw.world.data.kinds import BOX, END, PLANE, TANGENT
+from contactlaw.world.data.kinds import BOX, END, PARTS, PLANE, TANGENT
 from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED
 from contactlaw.world.data.vec import ZERO, add, load, norm, store, sub
 from contactlaw.world.near.guards import EXCEEDED, SLACK, has_shapes, separate, surface_speed
-from contactlaw.world.near.pairing import complete_near, is_part, list_by_parts, list_pair
+from contactlaw.world.near.pairing import complete_near, list_by_parts, list_pair
 from contactlaw.world.shapes.geometry import bounding_radius, centre, meet
 
 # Steps that margins last at present speeds. More where few bodies have many shapes: the cost of listing grows with the
@@ -32,6 +32,11 @@ BRIEF_STEPS = 1.0  # the same where a list serves for one step, see `WORLD.brief
 # allow for impacts too, see `set_margins`.
 MANY_BODIES = 256
 FEW = 50  # whole shapes besides ends of capsules: so many are compared with all others sooner than sorted into a grid
+
+
+def is_part(s):
+    """Return whether a shape is a part of another one, or a further place on a height field."""
+    return s.kind in PARTS or s.place > 0
 
 
 def may_leave_margin(b, left, gained=0.0):

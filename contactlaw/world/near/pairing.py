@@ -33,11 +33,6 @@ PARTS_STEPS = 4.0  # steps at the guard's present speed bound, for the margin up
 TREE_PARTS_STEPS = 1.0  # the same in trees, of which each window goes through all near pairs
 
 
-def is_part(s):
-    """Return whether a shape is a part of another one, or a further place on a height field."""
-    return s.kind == CORNER or (EDGE <= s.kind <= SIDE) or s.place > 0
-
-
 def meets(kind_a, kind_b):
     """Return whether shapes of two kinds can touch; kind_a <= kind_b."""
     return (MEETS[kind_a] >> kind_b) & 1 != 0
