@@ -114,15 +114,16 @@ class Problem:
         held, edges = start[self.fitted :], self.grid[[0, -1], [0, -1], : self.fitted]
         terms, loss = (self.terms, "linear") if scale is None else (self.scaled, "huber")
         near = 1.5e-8 * np.eye(3, 2, -1)[: self.fitted + 1]
+        unit = float(np.linalg.norm(terms(start))) or 1.0  # for gtol: scipy divides by a gradient that is exactly zero
 
         def slopes(free: Array) -> Array:
-            at, *beside = terms(np.append(free, held) + near)  # at once, which takes little longer than one of them
+            at, *beside = terms(np.append(free, held) + near) / unit  # at once, which takes little longer than one
             return (np.array(beside) - at).T / near.max()
 
         found = optimize.least_squares(
-            lambda free: terms(np.append(free, held)), np.clip(start[: self.fitted], *edges), loss=loss,
-            bounds=edges + [[-1e-9], [1e-9]], f_scale=1.345 * (scale or 1.0), xtol=1e-9, ftol=1e-10,
-            gtol=None, jac=slopes,  # type: ignore[arg-type]
+            lambda free: terms(np.append(free, held)) / unit, np.clip(start[: self.fitted], *edges), loss=loss,
+            bounds=edges + [[-1e-9], [1e-9]], f_scale=1.345 * (scale or 1.0) / unit, xtol=1e-9, ftol=1e-10,
+            gtol=np.finfo(float).eps, jac=slopes,  # type: ignore[arg-type]
         )  # fmt: skip
         felt = np.abs(found.jac).max(axis=0)
         return np.append(found.x, held), int(np.count_nonzero(felt > 1e-5 * felt.max()))

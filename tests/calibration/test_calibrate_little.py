@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numba
 import numpy as np
 import pytest
@@ -145,3 +147,14 @@ def test_many_impacts_at_one_angle_do_not_exclude_the_truth(known):
         for one, truth in ((result.friction, MU), (result.stiffness_ratio, KAPPA)):
             missed += not (one.lower or 0.0) <= truth <= (one.upper or np.inf)
     assert missed <= 2
+
+
+@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize("count", [2, 8, 20])
+def test_impacts_that_are_all_the_same_raise_no_warnings(known, count):
+    """One curve of many goes through them exactly, and there the cost has no slope, by which scipy divided."""
+    one = np.ones((2, count))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        result = calibrate(one * [[1.0], [0.5]], one * [[0.9], [0.2]], DISK, **(errors() if known else {}))
+    assert result.friction.value is None and result.stiffness_ratio.value is None
