@@ -86,7 +86,8 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str | None = N
     if not rows.size:
         return out
     rows, instance_of = rows[np.lexsort((rows["shape_b"], rows["shape_a"], rows["pair"]))], _contacts(model)[2]
-    for row, impulse, point in zip(rows, mean_impulses(world.bodies, rows, dt), world.points(rows), strict=True):
+    points, impulses = world.bodies["position"][rows["body_a"]] + rows["arm_a"], mean_impulses(world.bodies, rows, dt)
+    for row, impulse, point in zip(rows, impulses, points, strict=True):
         one, two = (int(world.geoms[row[shape]]) for shape in ("shape_a", "shape_b"))
         sign, normal, touch = 1.0, row["normal"].copy(), row["touch"]
         if instance_of(int(row["pair"])).sets.reversed(one, two):
@@ -121,9 +122,13 @@ def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     """
     world, out = view_of(model, data), np.zeros((model.nbody, 6))
     rows = world.contacts[world.contacts["phase"] != FREE]
-    points = world.points(rows)
+    geoms, centres = world.geoms[rows["shape_a"]], world.centres[rows["shape_a"]]
+    turns = data.geom_xmat[geoms].reshape(-1, 3, 3)
+    points = data.geom_xpos[geoms] + np.einsum("nij,nj->ni", turns, centres) + rows["arm_a"]  # when subtree_com was so
     forces = mean_impulses(world.bodies, rows, model.opt.timestep) / model.opt.timestep
-    moments = -rows["torsion"]["moment"][:, None] * rows["normal"]
+    about = rows["torsion"]["moment"], *rows["bending"].T  # the normal and both tangents
+    axes = rows["normal"], rows["tangent"], np.cross(rows["normal"], rows["tangent"])
+    moments = -np.einsum("kn,knj->nj", about, axes)
     for shape, sign in (("shape_a", 1.0), ("shape_b", -1.0)):
         bodies = model.geom_bodyid[world.geoms[rows[shape]]]
         arms = points - data.subtree_com[model.body_rootid[bodies]]
@@ -162,10 +167,7 @@ class View:
         count = int(world["group_count"])
         self.groups = record_at(world["groups"], np.int64, count * count).reshape(count, count)
         self.geoms = record_at(head["geoms"], np.int64, world["shape_count"])
-
-    def points(self, rows: NDArray[Any]) -> Array:
-        """Return the points of contact [m], shape (n, 3)."""
-        return self.bodies["position"][rows["body_a"]] + rows["arm_a"]
+        self.centres = record_at(head["centres"], np.float64, 3 * world["shape_count"]).reshape(-1, 3)
 
 
 def view_of(model: mujoco.MjModel, data: mujoco.MjData, *names: str) -> View:

@@ -23,6 +23,7 @@ from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import entry, floats, head_at, sensor_at, shifted
 from contactlaw.mujoco_plugin.free import mean_share
 from contactlaw.mujoco_plugin.layout import data_at, model_at
+from contactlaw.world.contacts.force import moment_of
 from contactlaw.world.data.access import body_at, contact_at, world_at
 from contactlaw.world.data.records import CLOSED, FREE
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, store, sub, to_world
@@ -140,14 +141,14 @@ def gather_wrenches(head, mean):
 
 
 def load_of(head, w, c, mean):
-    """Return the force on A [N] and the moment of torsion on A [N m]."""
+    """Return the force [N] and the moment [N m] on A."""
     step = model_at(head.model, 0).opt.timestep
     sleeps = body_at(w.bodies, c.body_a).asleep != 0 or body_at(w.bodies, c.body_b).asleep != 0
     if sleeps or mean == 0:
         force = load(c.force) if sleeps else scale(mean_share(c, step), load(c.force))
     else:
         force = scale(1.0 / step, sub(load(c.impulse), load(c.earlier)))
-    return force, scale(-c.torsion.moment, load(c.normal))
+    return force, scale(-1.0, moment_of(c))
 
 
 def point_of(head, c):

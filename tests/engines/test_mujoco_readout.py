@@ -33,6 +33,28 @@ def test_wrenches_are_those_that_the_engine_reads_of_its_own_contacts():
     np.testing.assert_allclose(found[0][1], expected, atol=0.02)  # whose own contact creeps
 
 
+@pytest.mark.parametrize("integrator", ["Euler", "RK4"])
+@pytest.mark.parametrize("resistance", [0.0, 0.05])
+def test_the_wrench_on_a_ball_that_rolls_changes_its_spin_as_it_does(resistance, integrator):
+    """The moment of rolling resistance was left out, and under Euler the arm was of one step later than the centre."""
+    pair = ContactPair(RUBBER, RUBBER, friction=0.5, restitution=0.5, rolling_resistance=resistance)
+    scene = BALL.replace("<worldbody>", f'<option integrator="{integrator}"/><worldbody>', 1)
+    sensors = '<sensor><frameangacc objtype="geom" objname="ball"/></sensor></mujoco>'
+    model = load_model(scene.replace("</mujoco>", sensors), [("ball", "floor", pair)])
+    data, (radius, *_), seen = mujoco.MjData(model), model.geom("ball").size, []
+    mujoco.mj_step(model, data, 1000)
+    data.qvel[0], data.qvel[4] = 1.0, 1.0 / radius
+    for _ in range(100):
+        before = data.qvel[4]
+        mujoco.mj_step(model, data)
+        rate = (data.qvel[4] - before) / model.opt.timestep
+        moment = contact_wrenches(model, data)[1][1] / model.body_inertia[1, 1]
+        seen.append((rate, moment, data.sensordata[1]))
+    rate, moment, told = np.mean(seen[20:], axis=0)
+    assert rate == pytest.approx(-resistance * 9.81 / (1.4 * radius), rel=0.02, abs=1e-6)  # mu_r g/(1 + K^2), docs
+    assert (moment, told) == (pytest.approx(rate, rel=1e-3, abs=1e-6), pytest.approx(rate, rel=1e-3, abs=1e-6))
+
+
 def test_what_is_read_lives_as_long_as_its_reader():
     """`load_model` read the names of geoms that overlap from an MjData that was gone; robot hands ended the process."""
     model = load_model(BALL, [("ball", "floor", steel_pair())])
