@@ -3,7 +3,7 @@
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import groupby
 from typing import Any
 
@@ -56,13 +56,11 @@ class Contact:
 
     def __post_init__(self) -> None:
         """Raises ValueError where a setting is not allowed."""
-        for name in ("substeps", "crowd_substeps"):
-            checks.count(name, getattr(self, name), LEAST_SUBSTEPS)
-        for name in ("others", "as_native"):
-            checks.truth(name, getattr(self, name))
-        checks.one_of("overlaps", self.overlaps, OVERLAPS)
-        if self.rounding is not None:
-            checks.positive("rounding", self.rounding)
+        if self.pair is not None and not hasattr(self.pair.law, "name"):
+            raise ValueError(f"pair: its law {self.pair.law!r} must have a name, by which the model can tell of it")
+        least, choice = partial(checks.count, least=LEAST_SUBSTEPS), partial(checks.one_of, allowed=OVERLAPS)
+        checks.set_fields(self, substeps=least, crowd_substeps=least, rounding=checks.positive, overlaps=choice)
+        checks.set_fields(self, others=checks.truth, as_native=checks.truth)
 
 
 def write(contact: Contact) -> dict[str, str]:

@@ -142,17 +142,10 @@ def _compile_with_contacts(
 ) -> tuple[mujoco.MjSpec, mujoco.MjModel]:  # fmt: skip
     """Return the specification with the law in it, and the compiled model; see `load_model`."""
     spec = _spec_of(model, assets)
-    if spec.option.enableflags & layout.SLEEP:
-        spec.option.enableflags &= ~layout.SLEEP
-        warnings.warn(NO_SLEEP, ContactWarning, stacklevel=3)
-    plain = spec.compile()
-    if not isinstance(contacts, Mapping):
-        for name, own in (("friction", friction), ("restitution", restitution)):
-            if own is not None:
-                raise ValueError(f"{name} = {own!r}: is of a table of materials; contacts of a list have their pair's")
+    plain, before = spec.compile(), len(spec.plugins)
     settings["overlaps"] = "keep" if checks.one_of("overlaps", overlaps, (*OVERLAPS, "raise")) == "keep" else "relax"
     left = parse_skip(spec, skip)
-    every = parse_contacts(spec, contacts, settings, friction, 1.0 if restitution is None else restitution)
+    every = parse_contacts(spec, contacts, settings, friction, restitution)
     some = [entry for entry in every if not entry.as_native]
     for entry in some:
         if not entry.others and spec.compiler.discardvisual:
@@ -169,15 +162,13 @@ def _compile_with_contacts(
             replace_native_contacts(spec, one)
         except ValueError as error:
             raise ValueError(f"contacts[{one.number}]: {error}") from None
-    compiled = _compiled(spec)
-    if overlaps != "raise" and exclude_held(spec, compiled, overlaps == "keep"):
-        compiled = _compiled(spec)
-    if instances_of(compiled) == instances_of(plain):
+    if len(spec.plugins) == before:
         text = "contacts: no two geoms that touch natively are in one of them; nothing is added"
         warnings.warn(text, ContactWarning, stacklevel=3)
-    if overlaps != "keep":
-        report_initial_overlaps(compiled, overlaps == "raise")
-    return spec, compiled
+    elif spec.option.enableflags & layout.SLEEP:
+        spec.option.enableflags &= ~layout.SLEEP
+        warnings.warn(NO_SLEEP, ContactWarning, stacklevel=3)
+    return spec, _settle_overlaps(spec, _compiled(spec), overlaps)
 
 
 def _precise_xml(spec: mujoco.MjSpec) -> str:
@@ -215,7 +206,8 @@ def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
     """Compile a specification; an error of the plugin, which it can only print, becomes the ValueError."""
     printed = StringIO()
     try:
-        with redirect_stderr(printed):
+        with redirect_stderr(printed), warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "Attach conflict")  # given when the plain model was compiled
             model = spec.compile()
     except ValueError as error:
         said = re.findall("^contactlaw: (?!compiling)(.*)", printed.getvalue(), re.MULTILINE)
@@ -277,49 +269,45 @@ def _equivalent(one: mujoco.MjModel, two: mujoco.MjModel, tolerance: float) -> b
     return same and instances_of(one) == instances_of(two)
 
 
-def report_initial_overlaps(model: mujoco.MjModel, refuse: bool) -> None:
-    """Warn, once, of geoms of the law that lie in each other too deep in the initial position, or refuse them."""
-    found = _deep_overlaps(model)
-    if not found:
-        return
-    text = f"geoms overlap in the initial position of the model: {first_of([*found.values()], NAMED, 'pairs')}"
-    if refuse:
-        raise ValueError(f"overlaps = 'raise': {text}")
-    warnings.warn(f"{text}; they count as just touching", ContactWarning, stacklevel=4)
-    world = view_of(model, mujoco.MjData(model))
-    group = dict(zip(world.geoms.tolist(), world.shapes["group"].tolist(), strict=True))
-    told = reported_of(layout.view_of(model), world.pairs.size)
-    for one, two in found:
-        told[world.groups[group[one], group[two]]] |= PUT_IN
+def _settle_overlaps(spec: mujoco.MjSpec, model: mujoco.MjModel, overlaps: str) -> mujoco.MjModel:
+    """Tell, once, of geoms of the law that lie in each other too deep in the initial position; return the final model.
 
-
-def exclude_held(spec: mujoco.MjSpec, model: mujoco.MjModel, refuse: bool) -> bool:
-    """Exclude contacts between the two bodies of a connect or weld constraint that are built into each other.
-
-    The constraint holds them so, and there is no sensible normal along which they could push. Returns whether there are
-    any such bodies; an error if `refuse` is True.
+    Bodies of a connect or weld constraint that are built into each other do not touch: it holds them so, and there is
+    no sensible normal along which they could push.
     """
-    weld, ends, said = model.body_weldid, list[set[int]](), dict[tuple[int, int], str]()
-    fields = model.eq_type, model.eq_objtype, model.eq_obj1id, model.eq_obj2id
-    for kind, of, *both in np.array(fields).T.tolist():
-        if kind in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
-            bodies = model.site_bodyid[both] if of == mujoco.mjtObj.mjOBJ_SITE else both
-            ends.append({int(weld[body]) for body in bodies})
-    for geoms, text in (_deep_overlaps(model) if ends else {}).items():
-        bodies = (int(model.geom_bodyid[geoms[0]]), int(model.geom_bodyid[geoms[1]]))
-        if {int(weld[body]) for body in bodies} in ends:
-            said.setdefault(bodies, text)
-    if not said:
-        return False
-    built = f"parts are built into each other: {first_of([*said.values()], NAMED, 'pairs')}"
-    if refuse:
-        raise ValueError(f"overlaps = 'keep': {built}; a weld or connect holds them so, leave them out by an <exclude>")
-    every = {body.id: body for body in spec.bodies}
-    for one, two in ((every[a], every[b]) for a, b in said):
-        one.name, two.name = one.name or f"body{one.id}", two.name or f"body{two.id}"
-        spec.add_exclude(bodyname1=one.name, bodyname2=two.name)
-    warnings.warn(f"{built}; their bodies do not touch", ContactWarning, stacklevel=4)
-    return True
+    weld, both = model.body_weldid, np.array([model.eq_obj1id, model.eq_obj2id]).T
+    on_sites, ties = model.eq_objtype == mujoco.mjtObj.mjOBJ_SITE, (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD)
+    both[on_sites] = model.site_bodyid[both[on_sites]]
+    tied = set(map(frozenset, weld[both[np.isin(model.eq_type, ties)]].tolist())) if overlaps != "raise" else set()
+    held, found = dict[tuple[int, int], str](), dict[tuple[int, int], str]()  # by bodies; by geoms
+    for geoms, text in (_deep_overlaps(model) if tied or overlaps != "keep" else {}).items():
+        bodies = model.geom_bodyid[[*geoms]]
+        if frozenset(weld[bodies].tolist()) in tied:
+            held.setdefault(tuple(bodies.tolist()), text)
+        elif overlaps != "keep":
+            found[geoms] = text
+    built = f"parts are built into each other: {first_of([*held.values()], NAMED, 'pairs')}"
+    if held and overlaps == "keep":
+        why = "a weld or connect holds them so, leave them out by an <exclude>"
+        raise ValueError(f"overlaps = 'keep': {built}; {why}")
+    if held:
+        every = {body.id: body for body in spec.bodies}
+        for one, two in ((every[a], every[b]) for a, b in held):
+            one.name, two.name = one.name or f"body{one.id}", two.name or f"body{two.id}"
+            spec.add_exclude(bodyname1=one.name, bodyname2=two.name)
+        warnings.warn(f"{built}; their bodies do not touch", ContactWarning, stacklevel=4)
+        model = _compiled(spec)
+    if found:
+        text = f"geoms overlap in the initial position of the model: {first_of([*found.values()], NAMED, 'pairs')}"
+        if overlaps == "raise":
+            raise ValueError(f"overlaps = 'raise': {text}")
+        warnings.warn(f"{text}; they count as just touching", ContactWarning, stacklevel=4)
+        world = view_of(model, mujoco.MjData(model))
+        group = dict(zip(world.geoms.tolist(), world.shapes["group"].tolist(), strict=True))
+        told = reported_of(layout.view_of(model), world.pairs.size)
+        for one, two in found:
+            told[world.groups[group[one], group[two]]] |= PUT_IN
+    return model
 
 
 def _deep_overlaps(model: mujoco.MjModel) -> dict[tuple[int, int], str]:

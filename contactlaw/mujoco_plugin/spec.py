@@ -101,7 +101,7 @@ def add_contact(
     return replace_native_contacts(spec, contact)
 
 
-SETTINGS = (*getfullargspec(add_contact).kwonlyargs, "as_native", "geom_friction")
+SETTINGS = (*getfullargspec(add_contact).kwonlyargs, "as_native")
 
 
 def replace_native_contacts(spec: mujoco.MjSpec, contact: Contact) -> str:
@@ -162,7 +162,16 @@ def disable_native(spec: mujoco.MjSpec, sets: Sets) -> None:
         ends = known.get(native.geomname1), known.get(native.geomname2)
         if None not in ends and sets.hold(*ends):
             spec.delete(native)
-    if len(sets.ones) * len(sets.twos) <= MAX_EXPLICIT_PAIRS or not _separate(spec, sets):
+    ones, twos = set(sets.ones), set(sets.twos)
+
+    def stay(one: Any, two: Any) -> bool:
+        return touch(_bits(one), _bits(two)) and not ((one in ones and two in twos) or (two in ones and one in twos))
+
+    def kind_of(item: Any) -> Hashable:
+        return _bits(item), item in ones, item in twos
+
+    few = len(ones) * len(twos) <= MAX_EXPLICIT_PAIRS
+    if few or not _separate(spec, groups((*colliding(spec), *spec.flexes), kind_of), stay):
         for one, two in sets.every():
             margin, gap = native_margin(shape_of(one), shape_of(two))
             spec.add_pair(geomname1=one.name, geomname2=two.name, margin=margin, gap=gap)
@@ -172,29 +181,25 @@ def _bits(geom: Any) -> Bits:
     return geom.contype, geom.conaffinity
 
 
-def _separate(spec: mujoco.MjSpec, sets: Sets) -> bool:
-    """Let no two geoms of two sets touch natively, and all else as before, by bits; return whether these suffice."""
-    ones, twos = set(sets.ones), set(sets.twos)
-    kinds = groups((*colliding(spec), *spec.flexes), lambda item: (_bits(item), item in ones, item in twos))
-
-    def stay(one: Any, two: Any) -> bool:
-        return touch(one[0], two[0]) and not ((one[1] and two[2]) or (two[1] and one[2]))
-
-    return _write_bits(spec, kinds, {one: {two for two in kinds if stay(one, two)} for one in kinds})
-
-
 def parse_contacts(
-    spec: mujoco.MjSpec, contacts: Any, settings: Mapping[str, Any], friction: Value | None, restitution: Value
+    spec: mujoco.MjSpec, contacts: Any, settings: Mapping[str, Any], friction: Value | None, restitution: Value | None
 ) -> list[Contact]:
     """Return all entries as contacts, sorted by the number of "*" in them, most first."""
     if isinstance(contacts, str | bytes) or not isinstance(contacts, Sequence | Mapping) or not contacts:
         raise ValueError(
             f"contacts = {contacts!r}: must be a sequence of (geoms1, geoms2, pair), or a table of materials, not empty"
         )
-    table = isinstance(contacts, Mapping)
-    listed = list(_of_materials(spec, contacts, friction, restitution) if table else contacts)
-    found = [_entry(spec, number, entry, settings) for number, entry in enumerate(listed)]
-    return sorted(found, key=lambda entry: sum(map(is_every, listed[entry.number][:2])), reverse=True)
+    for name in settings:
+        checks.one_of("setting", name, SETTINGS)
+    if isinstance(contacts, Mapping):
+        own = {**settings, "as_native": True, "geom_friction": friction is None}
+        given = (0.0 if friction is None else friction, 1.0 if restitution is None else restitution)
+        return [Contact(*entry, **own) for entry in _of_materials(spec, contacts, given)]
+    for name, value in (("friction", friction), ("restitution", restitution)):
+        if value is not None:
+            raise ValueError(f"{name} = {value!r}: is of a table of materials; contacts of a list have their pair's")
+    found = [_entry(spec, number, entry, settings) for number, entry in enumerate(contacts)]
+    return sorted(found, key=lambda entry: sum(map(is_every, contacts[entry.number][:2])), reverse=True)
 
 
 def parse_skip(spec: mujoco.MjSpec, skip: Any) -> list[Contact]:
@@ -222,30 +227,31 @@ def _entry(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, 
             "maybe a dict of settings"
         )
     ones, twos = (_geoms(spec, entry[i], f"contacts[{number}], geoms{i + 1}") for i in range(2))
-    own = {**settings, **(entry[3] if len(entry) == 4 else {})}
+    own = entry[3] if len(entry) == 4 else {}
     for name in own:
         checks.one_of(f"contacts[{number}], setting", name, SETTINGS)
-    own.setdefault("as_native", is_every(entry[0]) or is_every(entry[1]))
+    native = {"as_native": is_every(entry[0]) or is_every(entry[1])}
     try:
-        return Contact(ones, twos, entry[2], number=number, **own)
+        return Contact(ones, twos, entry[2], number=number, **native | {**settings, **own})
     except ValueError as error:
         raise ValueError(f"contacts[{number}]: {error}") from None
 
 
 def _of_materials(
-    spec: mujoco.MjSpec, table: Mapping[Any, Any], friction: Value | None, restitution: Value
-) -> Iterator[tuple[Any, ...]]:
-    """Yield an entry (geoms, geoms, pair, settings) for each pair of materials in a table {geoms: material}."""
+    spec: mujoco.MjSpec, table: Mapping[Any, Any], given: tuple[Value, Value]
+) -> Iterator[tuple[list[Any], list[Any], ContactPair]]:
+    """Yield geoms, others and their pair for each two materials in a table {geoms: material}.
+
+    given: friction and restitution, which may be functions of the materials.
+    """
     owner: dict[Any, Material] = {}
     for what, material in table.items():
         own = material_of(f"contacts[{what!r}]", material)
         owner |= dict.fromkeys(_geoms(spec, what, f"contacts[{what!r}]"), own)
     alike = groups(owner, owner.__getitem__)
     for one, two in combinations_with_replacement(alike, 2):
-        given = 0.0 if friction is None else friction, restitution
         mu, e = (x(one, two) if callable(x) and not isinstance(x, OverSpeed) else x for x in given)
-        own = {"as_native": True, "geom_friction": friction is None}
-        yield alike[one], alike[two], ContactPair(one, two, mu, e), own
+        yield alike[one], alike[two], ContactPair(one, two, mu, e)
 
 
 def is_every(what: Any) -> bool:
@@ -284,30 +290,23 @@ def replace_all(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[Co
                     return "" if entry.pair is None else why if entry.others else None
         return ""
 
-    kinds = groups(before, kind_of)
-    kept: dict[Any, set[Any]] = {kind: set() for kind in kinds}
-    served, unserved = set[Any](), dict[tuple[str, ...], str]()
-    for first, second in combinations_with_replacement(kinds, 2):
-        one, two = kinds[first][0], kinds[second][-1]
-        if not touch(before[one], before[two]):
-            continue
-        why = why_native(one, two)
-        if why is None:
-            if _can_meet(plain, kinds[first], kinds[second]):
-                served.update(kinds[first], kinds[second])
-            continue
-        kept[first].add(second)
-        kept[second].add(first)
-        if why and _can_meet(plain, kinds[first], kinds[second]):
-            types = tuple(sorted((shapes[one].type, shapes[two].type)))
-            unserved.setdefault(types, f"{shapes[one].label} on {shapes[two].label}")
+    kinds, served, unserved = groups(before, kind_of), set[Any](), dict[tuple[str, ...], str]()
+    for first, second in combinations_with_replacement(kinds.values(), 2):
+        one, two = first[0], second[-1]
+        why = why_native(one, two) if touch(before[one], before[two]) else ""
+        if why != "" and _can_meet(plain, first, second):
+            if why is None:
+                served.update(first, second)
+            else:
+                types = tuple(sorted((shapes[one].type, shapes[two].type)))
+                unserved.setdefault(types, f"{shapes[one].label} on {shapes[two].label}")
     named = {geom.name: geom for geom in geoms}
     for pair in spec.pairs:
         ends = [named.get(name) for name in (pair.geomname1, pair.geomname2)]
         if None not in ends and why_native(*ends) is None:
             pair.margin, pair.gap = native_margin(*(shapes[geom] for geom in ends))
             served.update(ends)
-    if not _write_bits(spec, kinds, kept):
+    if not _separate(spec, kinds, lambda *both: touch(*map(before.get, both)) and why_native(*both) is not None):
         raise ValueError(f'"*": the engine\'s own contacts that stay are of more than {MAX_KINDS} kinds')
     for entry in entries:
         ones, twos = ([geom for geom in own if geom in served] for own in (entry.ones, entry.twos))
@@ -319,9 +318,9 @@ def replace_all(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[Co
         warnings.warn(f"{text} the engine's own contact", ContactWarning, stacklevel=5)
 
 
-def _write_bits(spec: mujoco.MjSpec, kinds: dict[Any, list[Any]], kept: dict[Any, set[Any]]) -> bool:
-    """Let each kind of geoms touch the kinds in kept[kind] and nothing else; return False if bits do not suffice."""
-    rows = {kind: frozenset(partners) for kind, partners in kept.items()}
+def _separate(spec: mujoco.MjSpec, kinds: dict[Any, list[Any]], stay: Callable[[Any, Any], bool]) -> bool:
+    """Let geoms touch natively where `stay` tells so of two of their kinds; return False if bits do not suffice."""
+    rows = {kind: frozenset(two for two in kinds if stay(kinds[kind][0], kinds[two][-1])) for kind in kinds}
     own = {row: 1 << number for number, row in enumerate(dict.fromkeys(row for row in rows.values() if row))}
     if len(own) > MAX_KINDS:
         return False

@@ -1,13 +1,14 @@
 """The law in MuJoCo models that others wrote: files, names, what is refused, and two libraries of environments."""
 
 import warnings
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from mujoco_scenes import bounce_of, mujoco, steel_pair, with_data
 
-from contactlaw import MATERIALS, ContactPair, ContactWarning
+from contactlaw import MATERIALS, ContactPair, ContactWarning, Law
 from contactlaw.mujoco_plugin import (
     contacts_of,
     geoms_of,
@@ -193,6 +194,43 @@ def test_sleeping_of_the_engine_is_turned_off():
     with pytest.warns(ContactWarning, match="sleep.* is turned off"):
         model = load_model(SCENE.replace(OPTION, '<option><flag sleep="enable"/></option>'), [("upper", "floor", PAIR)])
     assert model.opt.enableflags == 0
+
+
+def test_sleeping_of_the_engine_is_left_on_where_nothing_is_added():
+    scene = """<mujoco><option><flag sleep="enable"/></option><worldbody><geom type="plane" size="1 1 1"/>
+        <body pos="0 0 1"><freejoint/><geom size=".1" contype="0" conaffinity="0"/></body></worldbody></mujoco>"""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        model = load_model(scene, [("*", "*", PAIR)])
+    assert [("nothing is added" in str(one.message), one.category) for one in told] == [(True, ContactWarning)]
+    assert model.opt.enableflags == int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+
+
+def test_what_the_engine_says_of_attached_models_is_said_once(tmp_path):
+    child = SCENE.replace('timestep="1e-5"', 'timestep="1e-3"')
+    (tmp_path / "child.xml").write_text(child)
+    (tmp_path / "main.xml").write_text(
+        """<mujoco><option timestep="2e-3"/><asset><model name="child" file="child.xml"/></asset><worldbody>
+        <geom name="ground" type="plane" size="1 1 1"/><attach model="child" body="ball" prefix="its_"/>
+        </worldbody></mujoco>"""
+    )
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        load_model(tmp_path / "main.xml", [("ground", "body:its_ball", PAIR)])
+    assert len([one for one in told if "Attach conflict" in str(one.message)]) == 1
+
+
+def test_a_law_without_a_name_is_refused_as_no_configuration_can_tell_of_it():
+    @dataclass(frozen=True)
+    class Nameless(Law):
+        source = "none"
+
+        @staticmethod
+        def force(contact, law, memory, du, dv, dt):
+            return 0.0, 0.0
+
+    with pytest.raises(ValueError, match=r"pair: its law .*Nameless.* must have a name"):
+        load_model(SCENE, [("upper", "floor", replace(PAIR, law=Nameless()))])
 
 
 def test_geoms_that_can_meet_nothing_by_the_law_are_left_to_the_engine():
