@@ -33,22 +33,17 @@ def type_of(number: int) -> str:
 
 @dataclass(frozen=True)
 class Shape:
-    """Type and sizes of a geom, as MJCF has them; its name, quoted, or what tells of it if it has none."""
+    """Type and sizes of a geom, as MJCF has them; type and quoted name, or what tells of it if it has none."""
 
     type: str
     size: NDArray[np.float64]
-    name: str
-
-    @property
-    def label(self) -> str:
-        """Type and name, for messages."""
-        return f"{self.type} {self.name}"
+    label: str
 
 
 def shape_of(geom: mujoco.MjsGeom) -> Shape:
     """Return the shape of a geom of a specification."""
-    name = repr(geom.name) if geom.name else f"without a name of body {geom.parent.name!r}"
-    return Shape(type_of(geom.type), np.array(geom.size), name)
+    kind, name = type_of(geom.type), repr(geom.name) if geom.name else f"without a name of body {geom.parent.name!r}"
+    return Shape(kind, np.array(geom.size), f"{kind} {name}")
 
 
 def why_not_served(one: Shape, two: Shape) -> str | None:

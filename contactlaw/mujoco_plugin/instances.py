@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from functools import cached_property
-from itertools import chain, combinations_with_replacement, product
+from itertools import chain
 from typing import Any
 
 import mujoco
@@ -168,7 +168,8 @@ class ContactInstance:
         """Shape of each geom."""
         v = self.view
         kinds = {geom: type_of(int(v.geom_type[geom])) for geom in self.geoms}
-        return {geom: Shape(kind, v.geom_size[geom].copy(), v.label("geom", geom)) for geom, kind in kinds.items()}
+        labels = {geom: f"{kind} {v.label('geom', geom)}" for geom, kind in kinds.items()}
+        return {geom: Shape(kinds[geom], v.geom_size[geom].copy(), label) for geom, label in labels.items()}
 
 
 def may_meet(view: layout.ModelView, one: Any, two: Any) -> Any:
@@ -208,16 +209,9 @@ def skip_constraints(model: mujoco.MjModel) -> bool:
 
 def _makes_contacts(view: layout.ModelView) -> bool:
     """Return whether the engine may make a contact by itself between any two geoms."""
-    if (view.pair_margin >= 0.0).any():
-        return True
-    fixed = (view.body_treeid[view.geom_bodyid] < 0).tolist()
-    kinds = groups(range(view.ngeom), lambda geom: (view.bits[geom], fixed[geom]))
-    return any(
-        is_native(view, a, b)
-        for one, two in combinations_with_replacement(kinds, 2)
-        if touch(one[0], two[0]) and not (one[1] and two[1])
-        for a, b in product(kinds[one], kinds[two])
-    )
+    every, moving = (view.geom_contype, view.geom_conaffinity), np.flatnonzero(view.body_treeid[view.geom_bodyid] >= 0)
+    both = ((a, b) for a in moving.tolist() for b in np.flatnonzero(touch(view.bits[a], every)).tolist())
+    return bool((view.pair_margin >= 0.0).any()) or any(is_native(view, a, b) for a, b in both)
 
 
 def check(view: layout.ModelView, known: list[ContactInstance], moves: Callable[[int], bool]) -> None:

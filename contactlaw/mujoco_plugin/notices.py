@@ -9,7 +9,6 @@ Each report is given once for each plugin instance of a compiled model. The code
 which the blocks of all `MjData` of a model note what has been reported of an instance.
 """
 
-import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -116,34 +115,28 @@ def watched_ranges(view: layout.ModelView, bodies: Sequence[int], geoms: Sequenc
     A range is: offset of the pointer to the field in mjModel, in words of eight bytes; first double; count. Ranges that
     are close in memory are merged, with what lies between them. The last one is that of the heights.
     """
-    rows, offsets, last = [], layout.structure("mjModel").fields or {}, -math.inf
+    offsets, parts = layout.structure("mjModel").fields or {}, []  # pointer, address of the field, first and last word
     for name in (*OF_BODIES, *OF_GEOMS, *OF_ALL):
         own = getattr(view, name)
-        start = own.ctypes.data // 8
-        for run in _runs_of(bodies if name in OF_BODIES else geoms if name in OF_GEOMS else range(len(own))):
-            first, end = own[: run[0]].nbytes // 8, -(-own[: run[-1] + 1].nbytes // 8)
-            if 0 <= start + first - last <= MAX_GAP:
-                rows[-1][2] += start + end - last
-            else:
-                rows.append([offsets[name][1] // 8, first, end - first])
-            last = start + end
+        rows = np.array(bodies if name in OF_BODIES else geoms if name in OF_GEOMS else range(len(own)), np.int64)
+        ends = rows * own.strides[0] // 8, ((rows + 1) * own.strides[0] - 1) // 8
+        parts.append(np.broadcast_arrays(offsets[name][1] // 8, own.ctypes.data // 8, *ends))
+    pointer, field, first, last = np.hstack(parts)
+    gap = (field + first)[1:] - (field + last)[:-1]  # 0: both are in one word
+    cuts = np.flatnonzero((gap < 0) | (gap > MAX_GAP)) + 1
+    begins, ends = np.append(0, cuts), np.append(cuts - 1, -1)
+    ranges = np.stack([pointer[begins], first[begins], (field + last)[ends] + 1 - (field + first)[begins]], axis=1)
     if view.nhfielddata:
-        rows.append([offsets["hfield_data"][1] // 8, 0, -(-view.hfield_data.nbytes // 8)])
-    ranges = np.array(rows, np.int64).reshape(-1, 3)
+        heights = offsets["hfield_data"][1] // 8, 0, -(-view.hfield_data.nbytes // 8)
+        ranges = np.concatenate([ranges, [heights]])
     values = [layout.record_at(start, np.float64, count).copy() for start, count in _resolved(view.address, ranges)]
-    return ranges, np.concatenate([np.zeros(0), *values])
+    return ranges, np.concatenate(values)
 
 
 def _resolved(model: int, ranges: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
     """Yield address and count of each range of `watched_ranges`."""
     for pointer, first, count in ranges.tolist():
         yield int(layout.record_at(model + 8 * pointer, np.int64, 1)[0]) + 8 * first, count
-
-
-def _runs_of(numbers: Sequence[int]) -> list[NDArray[np.int64]]:
-    """Return the runs of consecutive integers in a sorted sequence."""
-    own = np.array(numbers, np.int64)
-    return np.split(own, np.flatnonzero(np.diff(own) != 1) + 1) if own.size else []
 
 
 def update_watched(head: Any) -> dict[str, list[int]]:
