@@ -13,7 +13,7 @@ from contextlib import ExitStack, contextmanager, nullcontext
 from functools import cache
 from pathlib import Path
 from time import perf_counter
-from types import FunctionType
+from types import FunctionType, SimpleNamespace
 from typing import Any, TypeVar
 
 import numba
@@ -304,18 +304,11 @@ INTERPRETED = bool(getattr(numba, "config").DISABLE_JIT)  # noqa: B009  (NUMBA_D
 
 
 class _Compiled(CFunc):
-    """A C function that reports when it is compiled rather than read from the cache."""
-
-    _cache: Any
+    """A C function whose compilation is an event, as that of other functions is."""
 
     def _compile_uncached(self) -> Any:
-        if len(_report.subjects) == 1 and not isinstance(self._cache, Cache):  # a user's law takes a second or less
-            return super()._compile_uncached()  # type: ignore[misc]
-        _report.begin()
-        try:
+        with event.trigger_event("numba:compile", {"dispatcher": SimpleNamespace(py_func=self.__wrapped__)}):
             return super()._compile_uncached()  # type: ignore[misc]  (numba has no types)
-        finally:
-            _report.end()
 
 
 @cache
