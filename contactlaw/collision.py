@@ -147,7 +147,7 @@ def collide(
     if approach < least or not max(approach, speed) <= most:
         raise ValueError(f"velocity: the surfaces meet at {approach:g} m/s and slide at {speed:g} m/s; must be in "
                          f"[{least:g}, {most:g}]")  # fmt: skip
-    along = (sliding[0] / speed, sliding[1] / speed, sliding[2] / speed) if speed > 0.0 else _any_tangent(n)
+    along = tuple([one / (speed or 1.0) for one in sliding])  # zero if nothing slides, as the force then is
     pair = pair.at(approach, speed)
     chi = pair.chi(mass, tangential_mass)
     check_steps(steps, chi)
@@ -205,11 +205,3 @@ def _cross(a: Sequence[float], b: Sequence[float]) -> Vector:
 def _plus(a: Sequence[float], factor: float, b: Sequence[float]) -> Vector:
     """a + factor b."""
     return a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]
-
-
-def _any_tangent(n: Vector) -> Vector:
-    """Return a unit vector perpendicular to n."""
-    least = min(range(3), key=lambda i: abs(n[i]))
-    x, y, z = _cross(n, [float(i == least) for i in range(3)])
-    length = hypot(x, y, z)
-    return x / length, y / length, z / length

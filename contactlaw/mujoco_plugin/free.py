@@ -183,12 +183,6 @@ def axes_of(b, f):
     return own, turn_by(own, load(f.offset))
 
 
-def has_stayed(head, f, b):
-    """Return whether the world has a body just where it was at the start of the step."""
-    position, turn = pose_in(f, shifted(head.start, 1))
-    return position == load(b.position) and turn == load4(b.quaternion)
-
-
 def hold_free(head, f):
     """Set a body back to where it was at the start of the step, at rest."""
     d = data_at(head.data, 0)
@@ -203,8 +197,8 @@ def write_free(head, f, pushes_io):
     touched.
     """
     b, d = body_at(world_at(head.world, 0).bodies, f.body), data_at(head.data, 0)
-    if b.asleep != 0 and has_stayed(head, f, b):  # what falls asleep after it has moved is written like others
-        hold_free(head, f)
+    if b.asleep != 0 and pose_in(f, shifted(head.start, 1)) == (load(b.position), load4(b.quaternion)):
+        hold_free(head, f)  # what falls asleep after it has moved is written like others
         return
     if b.touched == 0:
         return

@@ -134,14 +134,18 @@ def read_springs(head, j, t):
     """
     m, d, x = model_at(head.model, 0), data_at(head.data, 0), vector(t.x, t.v_size)
     damping, springs = vector(t.d, (t.v_size, t.v_size)), vector(t.springs, (t.v_size, t.v_size))
-    if m.opt.disableflags & layout.NO_SPRING == 0:
-        for k in range(t.v_size):
-            joint = entry(m.dof_jntid, whole_at(head.places, j.v + k))
-            springs[k, k] += doubles_at(m.jnt_stiffness)[joint]
+    on = m.opt.disableflags & layout.NO_SPRING == 0
+    for k in range(t.v_size if on else 0):
+        joint = entry(m.dof_jntid, whole_at(head.places, j.v + k))
+        springs[k, k] += doubles_at(m.jnt_stiffness)[joint]
     for i in range(j.first_spring, j.first_spring + j.spring_count):
         s = spring_at(head.springs, i)
-        if s.tendon != 0 and head.lag == 0.0:
-            read_tendon_spring(head, j, t, s.row)
+        if s.tendon != 0 and head.lag == 0.0 and on:
+            length, slack = doubles_at(d.ten_length)[s.row], floats(m.tendon_lengthspring, 2 * s.row, 2)
+            stiffness = doubles_at(m.tendon_stiffness)[s.row]
+            if stiffness > 0.0 and not slack[0] <= length <= slack[1]:
+                read_arms(head, j, t, s)
+                add_square(t, t.springs, stiffness)
         if s.servo < 0:
             continue
         force = doubles_at(d.actuator_force)[s.row]
@@ -178,16 +182,6 @@ def along_row(t, address):
     for k in range(t.v_size):
         out += x[k] * y[k]
     return out
-
-
-def read_tendon_spring(head, j, t, tendon):
-    """Add the spring of a tendon, unless it is slack."""
-    m, d = model_at(head.model, 0), data_at(head.data, 0)
-    length, slack = doubles_at(d.ten_length)[tendon], floats(m.tendon_lengthspring, 2 * tendon, 2)
-    stiffness = doubles_at(m.tendon_stiffness)[tendon]
-    if m.opt.disableflags & layout.NO_SPRING == 0 and stiffness > 0.0 and not slack[0] <= length <= slack[1]:
-        read_tendon(head, j, t, tendon)
-        add_square(t, t.springs, stiffness)
 
 
 def read_arms(head, j, t, s):
