@@ -126,8 +126,7 @@ class ContactInstance:
     """A plugin instance that is a contact: its configuration and its geoms in the compiled model."""
 
     def __init__(self, view: layout.ModelView, number: int) -> None:
-        self.view = view
-        self.number = number
+        self.view, self.number, self.name = view, number, view.name("plugin", number)
         self.contact = config.read(tuple(configured(view, number)))
         self.sides = self._find_geoms()
         self.geoms = list({**self.sides[0], **self.sides[1]})
@@ -140,8 +139,8 @@ class ContactInstance:
 
         Where the model was attached to another one, geom names have the prefix and suffix of the instance's name.
         """
-        own, name = self.view.name("plugin", self.number), self.contact.name
-        start, _, end = own.partition(name) if name and name in own else ("", "", "")
+        name = self.contact.name
+        start, _, end = self.name.partition(name) if name and name in self.name else ("", "", "")
         out = []
         for key, (text,) in (("geom1", self.contact.ones), ("geom2", self.contact.twos)):
             whole = self.view.geom(start + text + end)

@@ -1,9 +1,7 @@
 """Readout of a running model: contact forces, ledgers, wrenches on bodies, overlaps; and a change of friction."""
 
 import ctypes
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -64,7 +62,7 @@ class ContactState:
 
 def instances_of(model: mujoco.MjModel) -> list[str]:
     """Return the names of the contacts in a compiled model, for `contacts_of` and `ledger_of`."""
-    return [*_contacts(model)[1]]
+    return [one.name for one in _contacts(model)]
 
 
 def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str | None = None) -> list[ContactState]:
@@ -80,17 +78,17 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str | None = N
     Raises:
         ValueError: The model has no such contact.
     """
-    world = view_of(model, data, *([] if name is None else [name]))
+    world, known = view_of(model, data), _contacts(model)
     rows, out, dt = world.contacts[world.contacts["phase"] != FREE], list[ContactState](), float(model.opt.timestep)
-    rows = rows if name is None else rows[rows["pair"] == world.numbers[0]]
+    rows = rows if name is None else rows[rows["pair"] == _number_of(model, name)]
     if not rows.size:
         return out
-    rows, instance_of = rows[np.lexsort((rows["shape_b"], rows["shape_a"], rows["pair"]))], _contacts(model)[2]
+    rows = rows[np.lexsort((rows["shape_b"], rows["shape_a"], rows["pair"]))]
     points, impulses = world.bodies["position"][rows["body_a"]] + rows["arm_a"], mean_impulses(world.bodies, rows, dt)
     for row, impulse, point in zip(rows, impulses, points, strict=True):
         one, two = (int(world.geoms[row[shape]]) for shape in ("shape_a", "shape_b"))
         sign, normal, touch = 1.0, row["normal"].copy(), row["touch"]
-        if instance_of(int(row["pair"])).sets.reversed(one, two):
+        if known[row["pair"]].sets.reversed(one, two):
             one, two, sign = two, one, -1.0
         across = row["force"] - (row["force"] @ normal) * normal
         radius = float(np.sqrt(max(touch["radius"] * touch["overlap"], 0.0)))
@@ -109,8 +107,8 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str | None = N
 
 def ledger_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> Ledger:
     """Return the ledger of an instance; arguments and errors as for `contacts_of`."""
-    world = view_of(model, data, name)
-    return ledger(world.pairs, world.contacts, world.numbers[0])
+    world = view_of(model, data)
+    return ledger(world.pairs, world.contacts, _number_of(model, name))
 
 
 def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
@@ -137,29 +135,23 @@ def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     return out
 
 
-_CONTACTS: WeakKeyDictionary[mujoco.MjModel, tuple[list[int], list[str], Any]] = WeakKeyDictionary()
+_CONTACTS: WeakKeyDictionary[mujoco.MjModel, list[ContactInstance]] = WeakKeyDictionary()
 
 
-def _contacts(model: mujoco.MjModel, *states: mujoco.MjData) -> tuple[list[int], list[str], Any]:
-    """Ids of a model's contacts, their names, and what returns one by its index; found once, as they stay the same."""
+def _contacts(model: mujoco.MjModel, *states: mujoco.MjData) -> list[ContactInstance]:
+    """Return the contacts of a model, which stay the same and are found once."""
     view = layout.view_of(model, *states)
     if model not in _CONTACTS:
-        known = contact_instances(view)
-        names = [view.name("plugin", number) for number in known]
-        _CONTACTS[model] = known, names, cache(lambda index: ContactInstance(view, known[index]))
+        _CONTACTS[model] = [ContactInstance(view, number) for number in contact_instances(view)]
     return _CONTACTS[model]
 
 
 class View:
-    """Arrays of the world of an mjData.
+    """Arrays of the world of an mjData; head: of its block. data: the owner, which must live as long as the arrays."""
 
-    head: of the block. numbers: of the contacts that are meant, and of their pairs. data: the owner, which must live
-    as long as the arrays.
-    """
-
-    def __init__(self, head: Any, numbers: Sequence[int] = (), data: Any = None) -> None:
+    def __init__(self, head: Any, data: Any = None) -> None:
         self.world: Any = record_at(head["world"], WORLD, 1)[0] if head["world"] else np.zeros(1, WORLD)[0]
-        self.numbers, self.data, world = numbers, data, self.world
+        self.data, world = data, self.world
         self.contacts = record_at(world["contacts"], CONTACT, world["contact_room"])
         self.bodies = record_at(world["bodies"], BODY, world["body_count"])
         self.pairs = record_at(world["pairs"], PAIR, world["pair_count"])
@@ -170,25 +162,30 @@ class View:
         self.centres = record_at(head["centres"], np.float64, 3 * world["shape_count"]).reshape(-1, 3)
 
 
-def view_of(model: mujoco.MjModel, data: mujoco.MjData, *names: str) -> View:
+def _number_of(model: mujoco.MjModel, name: Any) -> int:
+    """Return the number of a contact and of its pair."""
+    there = instances_of(model)
+    if not isinstance(name, str) or name not in there:
+        nearest = offer(str(name), there)
+        raise ValueError(f"name = {name!r}: must be the name of a plugin instance of the model; {nearest}")
+    return there.index(name)
+
+
+def view_of(model: mujoco.MjModel, data: mujoco.MjData) -> View:
     """Return the view of an mjData, after its world has been brought to `data.plugin_state` if that was set.
 
     Raises:
-        ValueError: A name is not that of a contact, or the data belongs to another model.
+        ValueError: The data belongs to another model.
     """
-    known, there, _ = _contacts(model, data)
-    for name in names:
-        if not isinstance(name, str) or name not in there:
-            nearest = offer(str(name), there)
-            raise ValueError(f"name = {name!r}: must be the name of a plugin instance of the model; {nearest}")
+    known = _contacts(model, data)
     if not known:
         return View(np.zeros(1, HEAD)[0])
     from contactlaw.mujoco_plugin import callbacks  # which can be compiled only once the plugin is registered
 
-    _LOOK(callbacks.ADDRESSES["look"])(model._address, data._address, known[0])
-    head = record_at(data.plugin_data[known[0]], HEAD, 1)[0]
+    _LOOK(callbacks.ADDRESSES["look"])(model._address, data._address, known[0].number)
+    head = record_at(data.plugin_data[known[0].number], HEAD, 1)[0]
     head["calm"] = 0  # the caller may change something, such as friction
-    return View(head, [*map(there.index, names)] or range(len(known)), data)
+    return View(head, data)
 
 
 def set_friction(model: mujoco.MjModel, data: mujoco.MjData, name: str, friction: float) -> None:
@@ -204,12 +201,12 @@ def set_friction(model: mujoco.MjModel, data: mujoco.MjData, name: str, friction
         ValueError: A value outside what is allowed, no such instance, or one whose friction depends on speed.
     """
     mu = checks.not_negative("friction", friction)
-    world = view_of(model, data, name)
-    if isinstance(_contacts(model)[2](world.numbers[0]).contact.pair.friction, OverSpeed):
+    world, number = view_of(model, data), _number_of(model, name)
+    if isinstance(_contacts(model)[number].contact.pair.friction, OverSpeed):
         raise ValueError(f"name = {name!r}: its friction is a curve over speed; must be of a pair with a number")
-    world.pairs["friction"][world.numbers] = mu
+    world.pairs["friction"][number] = mu
     for own in ("friction", "mu"):  # the first is what spin leaves of the second
-        world.contacts["touch"][own][world.contacts["pair"] == world.numbers[0]] = mu
+        world.contacts["touch"][own][world.contacts["pair"] == number] = mu
     world.bodies["held"] = np.nan  # sleeping bodies check again whether they may sleep
 
 
