@@ -207,8 +207,13 @@ def read(name: str, text: str) -> float | OverSpeed:
     """
     if "".join(text.split()[:1]) in KNOWN:
         return checks.named(name, text, KNOWN)
+    return number(name, text, f", or one of {', '.join(KNOWN)} with its fields")
+
+
+def number(name: str, text: str, other: str = "") -> float:
+    """Return the number that a text is; other: what else may be given, for the message."""
     if not NUMBER.fullmatch(text.strip()):
-        raise ValueError(f"{name} = {text!r}: must be a number, or one of {', '.join(KNOWN)} with its fields")
+        raise ValueError(f"{name} = {text!r}: must be a number{other}")
     return float(text)
 
 

@@ -97,12 +97,6 @@ def _count(key: str, text: str) -> int | str:
     return int(text) if text.strip().isdecimal() else text
 
 
-def _number(key: str, text: str) -> float:
-    if not losses.NUMBER.fullmatch(text.strip()):
-        raise ValueError(f"{key} = {text!r}: must be a number")
-    return float(text)
-
-
 def _friction(key: str, text: str) -> Any:
     """Return the friction of a pair; None: that of the geoms, whatever number older versions wrote behind."""
     return None if text.split(" ")[0] == GEOMS else losses.read(key, text)
@@ -127,10 +121,10 @@ def _material(key: str, text: str) -> Material:
 
 SIDES = {"geom1": _text, "geom2": _text}
 REQUIRED = {"material1": _material, "material2": _material, "friction": _friction}
-OF_PAIR = {"restitution": losses.read, "radius": _number, "law": _text, "stiffness_ratio": _number,
-           "rolling_resistance": _number}  # fmt: skip
-OF_CONTACT = {"substeps": _count, "crowd_substeps": _count, "rounding": _number, "native": _bits, "overlaps": _text,
-              "name": _text}  # fmt: skip
+OF_PAIR = {"restitution": losses.read, "radius": losses.number, "law": _text, "stiffness_ratio": losses.number,
+           "rolling_resistance": losses.number}  # fmt: skip
+OF_CONTACT = {"substeps": _count, "crowd_substeps": _count, "rounding": losses.number, "native": _bits,
+              "overlaps": _text, "name": _text}  # fmt: skip
 KEYS: dict[str, Callable[[str, str], Any]] = SIDES | REQUIRED | OF_PAIR | OF_CONTACT
 """Configuration keys of the plugin; geom1, geom2, material1, material2 and friction are required.
 
