@@ -27,7 +27,7 @@ from numba.core.registry import cpu_target
 from numba.core.sigutils import normalize_signature
 from numba.core.types import Dispatcher, unliteral
 
-from contactlaw.cache import Cache, report_no_cache
+from contactlaw.cache import REPORTED, Cache, report_no_cache
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -48,8 +48,8 @@ def _cache(compiled: Any, key: str) -> None:
     """Give a compiled function the cache of this package, keyed by all sources and the key."""
     try:
         compiled._cache = Cache(compiled.__wrapped__, SOURCE_STAMP + key)
-    except RuntimeError:  # there is no folder for the cache
-        _report.cached = False
+    except RuntimeError:
+        report_no_cache("no folder for numba's cache")
 
 
 class _CalleeLibrary(JITCodeLibrary):
@@ -220,7 +220,6 @@ class _Report(event.Listener):
         self.subjects = ["kernels: some seconds"]  # of what is being compiled, innermost last; see `compiling`
         self.reported: set[str] = set()  # subjects
         self.depth = 0  # of nested compilations
-        self.cached = True  # the code can be cached
         self.seconds = self.began = 0.0  # time spent compiling so far [s]
         self.settings = ExitStack()
 
@@ -229,10 +228,8 @@ class _Report(event.Listener):
         subject = self.subjects[-1]
         if subject not in self.reported:
             self.reported |= {subject, self.subjects[0]}
-            once = ", once; later runs read it from numba's cache" if self.cached else ""
+            once = "" if REPORTED else ", once; later runs read it from numba's cache"
             print(f"contactlaw: compiling {subject}{once}", file=sys.stderr)
-            if not self.cached:
-                report_no_cache("no folder for numba's cache")
         if self.depth == 0:
             self.began = perf_counter()
             self.settings.enter_context(uncollected())
