@@ -230,7 +230,7 @@ def _entry(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, 
     own = entry[3] if len(entry) == 4 else {}
     for name in own:
         checks.one_of(f"contacts[{number}], setting", name, SETTINGS)
-    native = {"as_native": is_every(entry[0]) or is_every(entry[1])}
+    native: dict[str, Any] = {"as_native": is_every(entry[0]) or is_every(entry[1])}
     try:
         return Contact(ones, twos, entry[2], number=number, **native | {**settings, **own})
     except ValueError as error:
