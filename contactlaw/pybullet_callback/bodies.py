@@ -75,15 +75,15 @@ class Bodies:
         self.bind(world.arrays)
         self.read_masses(range(count))
         calls = [call for key in keys[:count] for call in _calls_to_read(key, client)]
-        self._read_moving, self._read_fixed = _reader(calls[: 2 * m], motions[:m]), _reader(calls[2 * m :], motions[m:])
+        if not moves:
+            _reader(calls, motions)()
+            del calls[2 * m :]
+        self._read_motions = _reader(calls, motions[: len(calls) // 2])
         self._read_poses = _reader(calls[: 2 * m : 2], after)
         self._read_velocities = _reader(calls[1 : 2 * m : 2], velocities)
         self._fixed_poses = calls[2 * m :: 2]
-        self._before, self._stood, self._after = [], [], []  # read of moving and of fixed bodies; velocities
+        self._before, self._after = [], []  # as read before and after Bullet's step
         self._pushes: list[tuple[Callable[..., Any], Any]] = []
-        if not moves:
-            self._read_fixed()
-            self._read_fixed, self._fixed_poses = _reader([], motions[:0]), []
 
     def bind(self, arrays: Arrays) -> None:
         """Set the addresses of the world's arrays in the head."""
@@ -172,12 +172,11 @@ class Bodies:
 
         Those that have no mass, and have moved, may have got one.
         """
-        before, stood = self._before, self._stood
-        self._before, self._stood = self._read_moving(before if self._sleeps else ()), self._read_fixed(stood)
-        if stood is not self._stood:
-            moved = {i // 2 for i, (was, now) in enumerate(zip(stood, self._stood, strict=False)) if was != now}
-            self.read_masses(self._moving + i for i in moved)
-        return before is not self._before or stood is not self._stood
+        before, moving = self._before, 2 * self._moving
+        self._before = told = self._read_motions(before if self._sleeps else ())
+        if told[moving:] != before[moving:] and before:
+            self.read_masses({i // 2 for i in range(moving, len(told)) if told[i] != before[i]})
+        return told is not before
 
     def _set_bodies(self) -> int:
         """Set the bodies of the world as they were read; return how many are to be pushed, or PASSED."""
@@ -231,7 +230,7 @@ class Bodies:
         sets in between shows after that step. It is then taken back, and begun anew with what has been set.
         """
         self._read_poses()
-        stands = [pose() for pose in self._fixed_poses] == self._stood[::2]
+        stands = [pose() for pose in self._fixed_poses] == self._before[2 * self._moving :: 2]
         done = has_flown(self._head_at) if stands else STRAYED
         if done == STRAYED:
             self._read()

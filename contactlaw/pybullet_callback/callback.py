@@ -19,7 +19,7 @@ from contactlaw.pybullet_callback.shapes import client_of, engine_parameters, id
 from contactlaw.pybullet_callback.stepping import NEXT, STEP_BULLET, STEPPED, take
 from contactlaw.pybullet_callback.trees import numbers_of
 from contactlaw.world.building import CROWD_SUBSTEPS, LEAST_SUBSTEPS, SUBSTEPS
-from contactlaw.world.readout import Ledger
+from contactlaw.world.readout import Ledger, ledger
 
 
 class ContactCallback:
@@ -134,8 +134,7 @@ class ContactCallback:
             alone = {key for _, one in self._all_contacts() if not one.others for key in one.sides}
             own = contact.sides.keys() - alone
             contact.set_masks(self._client, True, [key for key in own if key[0] in there])
-        for body in contact.bodies.difference(*(other.bodies for other in self._contacts.values())):
-            self._tags.remove(body)
+        self._tags.remove(contact.bodies.difference(*(other.bodies for other in self._contacts.values())))
 
     def remove_all(self) -> None:
         """Remove every contact."""
@@ -158,7 +157,8 @@ class ContactCallback:
     def ledger(self, handle: int) -> Ledger:
         """Return the ledger of a handle since it was added, or as `restore` set it."""
         self._contact(handle)
-        return self._scene.ledger(handle)
+        arrays = self._scene.bodies.arrays
+        return ledger(arrays.pairs, arrays.contacts, list(self._contacts).index(handle))
 
     def save(self) -> Saved:
         """Return the state of all contacts; together with PyBullet's saveState it is all that an exact restart needs.
@@ -206,7 +206,6 @@ class ContactCallback:
             STEP_BULLET(self._client)
             return
         if (count := p.getNumBodies(self._client)) != self._body_count or next(self._tags.entries)() != self._tags.text:
-            self._body_count = -1
             self._tags.check()
             self._body_count = count
         scene = self._made or self._scene
@@ -256,7 +255,7 @@ class ContactCallback:
 
     def _change(self, contacts: dict[int, Contact]) -> None:
         self._old = self._made or self._old
-        self._contacts, self._made, self._body_count = contacts, None, -1
+        self._contacts, self._made = contacts, None
         NEXT.pop(self._client, None)
 
     def _all_contacts(self) -> Iterator[tuple[str, Contact]]:

@@ -152,8 +152,8 @@ class Tags:
     Attributes:
         bodies: Id of the entry by body.
         text: Content of the entries.
-        entries: Calls, after `check`, that read the entry of one body after the other, for ever: another content after
-            resetSimulation, or of a body in the place of a removed one. One of them is cheap enough for each step.
+        entries: Calls that read the entry of one body after the other, for ever: another content after resetSimulation,
+            or of a body in the place of a removed one. One of them is cheap enough for each step.
     """
 
     def __init__(self, client: int) -> None:
@@ -165,12 +165,15 @@ class Tags:
         """Tag bodies."""
         for body in set(bodies) - self.bodies.keys():
             self.bodies[body] = p.addUserData(body, self._name, self._name, physicsClientId=self._client)
+        self._take_turns(self.bodies)
 
-    def remove(self, body: int) -> None:
-        """Remove the tag of a body, which may have been removed itself."""
-        if self.is_there(body):
-            p.removeUserData(self.bodies[body], self._client)
-        self.bodies.pop(body, None)
+    def remove(self, bodies: Iterable[int]) -> None:
+        """Remove the tags of bodies, which may have been removed themselves."""
+        for body in bodies:
+            if self.is_there(body):
+                p.removeUserData(self.bodies[body], self._client)
+            self.bodies.pop(body, None)
+        self._take_turns(self.bodies)
 
     def is_there(self, body: int) -> bool:
         """Return whether a body is still the one that was tagged."""
@@ -186,10 +189,13 @@ class Tags:
         return p.getUserDataId(body, RULES, physicsClientId=self._client) >= 0
 
     def check(self) -> None:
-        """Check that all bodies are there, and set `entries`; ValueError if one is not."""
-        for body in (body for body in sorted(self.bodies) if not self.is_there(body)):
+        """Check that all bodies are there; ValueError if one is not, and then in each step until its contacts go."""
+        if gone := [body for body in sorted(self.bodies) if not self.is_there(body)]:
+            self._take_turns(gone)
             raise ValueError(
-                f"body {body}: removed, or no longer the one that a contact was added for (resetSimulation removes "
+                f"body {gone[0]}: removed, or no longer the one that a contact was added for (resetSimulation removes "
                 "all); call remove_contact before removing a body, or remove_all, and add what there is"
             )
-        self.entries = cycle([partial(p.getUserData, entry, self._client) for entry in self.bodies.values()])
+
+    def _take_turns(self, bodies: Iterable[int]) -> None:
+        self.entries = cycle([partial(p.getUserData, self.bodies[body], self._client) for body in bodies])

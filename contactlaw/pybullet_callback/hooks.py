@@ -50,13 +50,11 @@ def read_bodies(head, w):
     """Give the world's bodies the poses and velocities that were read; return 0, PLACED or NOT_FINITE."""
     head.refreshed, placed = 0, 0
     for k in range(head.singles):
-        r = rows.row_at(head.rows, k)
+        r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
         r.before = rows.motion_at(head.motions, k)
         if not rows.finite(r.before):
             head.bad = k
             return rows.NOT_FINITE
-    for k in range(head.singles):
-        r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
         store(b.acceleration, load(head.gravity) if r.mass > 0.0 else (0.0, 0.0, 0.0))
         store(b.torque, (0.0, 0.0, 0.0))
         r.placed = 0
@@ -71,12 +69,11 @@ def read_bodies(head, w):
             store4(b.quaternion, rows.quaternion_of(r.left))
             motion.move_kinematic(w, b, x, rows.quaternion_of(r.before), head.dt)
             b.pressed, r.placed = 0, b.placed
-            placed |= r.placed
-            continue
-        r.placed = 0 if r.mass == 0.0 or norm(sub(x, load(r.left.position))) <= rows.EXACT * norm(x) else 1
+        else:
+            r.placed = 0 if r.mass == 0.0 or norm(sub(x, load(r.left.position))) <= rows.EXACT * norm(x) else 1
+            b.pressed = 0 if r.mass == 0.0 else max(b.pressed, r.placed)  # `find_pressed` needs its true velocity
+            rows.set_body(r, b, head.dt)
         placed |= r.placed
-        b.pressed = 0 if r.mass == 0.0 else max(b.pressed, r.placed)  # placed: `find_pressed` needs its true velocity
-        rows.set_body(r, b, head.dt)
     return rows.PLACED if placed != 0 else 0
 
 
@@ -112,42 +109,33 @@ def has_flown(block):
     """After a step in which no two bodies could touch in free flight, and reading of poses: return how it went.
 
     PASSED: nor can they in the next step, which needs no `begin_step`. STRAYED: a body has not flown freely from where
-    it was left, and all is as it was. 0: neither. As `all_pass` looks ahead by two steps, and by half of its fall less
-    for a body that rises, free flight includes twice the fall in a step, and half of the turn, more or less than due.
-    Velocities follow from the poses.
+    it was left. 0: neither. As `all_pass` looks ahead by two steps, and by half of its fall less for a body that rises,
+    free flight includes twice the fall in a step, and half of the turn, more or less than due. Velocities follow from
+    the poses.
     """
     head = rows.head_at(block, 0)
     w, dt = world_at(head.world, 0), head.dt
     fall = scale(dt * dt, load(head.gravity))
     for k in range(head.moving):
-        r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
-        pose = rows.pose_at(head.poses, k)
-        store(r.after.position, load(pose.position))
-        store4(r.after.quaternion, load4(pose.quaternion))
-        x, old, way = load(r.after.position), load(r.left.position), scale(dt, load(r.left.velocity))
-        off = norm(sub(sub(x, old), add(way, fall)))
-        if not off <= 2.0 * norm(fall) + rows.EXACT * (norm(x) + norm(way)):
+        r, b, pose = rows.row_at(head.rows, k), body_at(w.bodies, k + 1), rows.pose_at(head.poses, k)
+        x, way, turn = load(pose.position), scale(dt, load(r.left.velocity)), scale(dt, load(r.left.spin))
+        gone = sub(x, load(r.left.position))
+        if not norm(sub(gone, add(way, fall))) <= 2.0 * norm(fall) + rows.EXACT * (norm(x) + norm(way)):
             return rows.STRAYED
-        turn = scale(dt, load(r.left.spin))
-        if b.oriented != 0 and not norm(sub(twist_of(r), turn)) <= 0.5 * norm(turn) + rows.EXACT:
-            return rows.STRAYED
-    for k in range(head.moving):
-        r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
-        store(r.before.velocity, scale(1.0 / dt, sub(load(r.after.position), load(r.left.position))))
+        store(r.before.position, x)
+        store4(r.before.quaternion, load4(pose.quaternion))
+        store(r.before.velocity, scale(1.0 / dt, gone))
         if b.oriented != 0:
-            twist = twist_of(r)
+            twist = rotation_vector(product(rows.quaternion_of(r.before), conjugate(rows.quaternion_of(r.left))))
+            if not norm(sub(twist, turn)) <= 0.5 * norm(turn) + rows.EXACT:
+                return rows.STRAYED
             store(r.before.spin, scale(1.0 / dt, twist))
             b.turned += norm(twist)
-        store(r.before.position, load(r.after.position))
-        store4(r.before.quaternion, load4(r.after.quaternion))
-        rows.set_body(r, b, dt)
+    for k in range(head.moving):
+        r = rows.row_at(head.rows, k)
+        rows.set_body(r, body_at(w.bodies, k + 1), dt)
         r.left = r.before
     return rows.PASSED if all_pass(head, w) else 0
-
-
-def twist_of(r):
-    """Return the rotation vector [rad] of a body since it was left."""
-    return rotation_vector(product(rows.quaternion_of(r.after), conjugate(rows.quaternion_of(r.left))))
 
 
 def rewind(block):

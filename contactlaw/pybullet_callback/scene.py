@@ -18,7 +18,7 @@ from contactlaw.world.building import SUBSTEPS
 from contactlaw.world.data.frames import IDENTITY
 from contactlaw.world.data.records import EDITED, FREE, Array, Arrays
 from contactlaw.world.near.sets import systems_of
-from contactlaw.world.readout import DOUBTFUL, Ledger, doubt_value, ledger, mean_impulses
+from contactlaw.world.readout import DOUBTFUL, doubt_value, mean_impulses
 from contactlaw.world.shapes.description import tangent
 
 # state of a body of the world that is kept when contacts are added or removed
@@ -66,7 +66,10 @@ class Scene:
         roundings = {key: one.rounding for one in contacts.values() if one.rounding is not None for key in one.sides}
         for key in order:
             pose = places[key][1] if key in places else IDENTITY
-            self._note_shapes(key, sides[key].add_to(self.world, self._row[key], pose, roundings.get(key)))
+            self._note_shapes(key, [])
+            for kind, sizes, place, points in sides[key].pieces:
+                more = np.array(sizes), *pose.then(place), roundings.get(key), points
+                self._note_shapes(key, self.world.add_shape(kind, self._row[key], *more))
         measured: list[Measured] = []
         for number, contact in enumerate(contacts.values()):
             self._let_touch(number, contact, measured)
@@ -143,11 +146,6 @@ class Scene:
             state = out.setdefault((one.key, two.key), ContactState(one.key, two.key))
             state.add(record, mean_impulses(arrays.bodies, record, self.bodies.dt), sign, self.bodies.dt)
         return list(out.values())
-
-    def ledger(self, handle: int) -> Ledger:
-        """Return the ledger of a handle."""
-        arrays = self.bodies.arrays
-        return ledger(arrays.pairs, arrays.contacts, self._handles.index(handle))
 
     def save(self) -> Saved:
         """Return a copy of all state."""

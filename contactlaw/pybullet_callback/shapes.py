@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from contactlaw import checks
 from contactlaw.pair import ContactPair
-from contactlaw.world import World
 from contactlaw.world.data.frames import IDENTITY, ORIGIN, Pose, quaternion_of, turn_to
 from contactlaw.world.data.records import Arrays
 from contactlaw.world.shapes.hulls import apart
@@ -71,17 +70,6 @@ class Side:
     def measured(self) -> bool:
         """Whether PyBullet must find its nearest point."""
         return not self.pieces
-
-    def add_to(self, world: World, body: int, pose: Pose, rounding: float | None) -> list[int]:
-        """Add the shape to a body of the world; return the numbers of the shapes that it makes.
-
-        pose: of PyBullet's inertial frame in that body. rounding: radius [m] of edges, None: the default.
-        """
-        made = (
-            world.add_shape(one.kind, body, np.array(one.sizes), *pose.then(one.pose), rounding, one.points)
-            for one in self.pieces
-        )
-        return [number for numbers in made for number in numbers]
 
     @property
     def key(self) -> Key:
