@@ -104,6 +104,9 @@ def read_sides(client: int, which: str, bodies: Any, link: Any) -> list[Side]:
             an empty set; the message names which set, "a" or "b".
     """
     there, sides = bodies_of(client), dict[Key, Side]()
+    two = isinstance(bodies, tuple) and len(bodies) == 2 and all(checks.whole(one) in there for one in bodies)
+    if two and bodies[1] < p.getNumJoints(bodies[0], client):
+        raise ValueError(f"body_{which} = {bodies!r}: two bodies, or a body's link? Write {[*bodies]} or {[bodies]}")
     for entry in bodies if holds(bodies) else [(bodies, link)]:
         members = list(entry) if holds(entry) else [entry, link]
         if len(members) != 2:

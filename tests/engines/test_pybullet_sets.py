@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pybullet_scenes import RADIUS, ball, in_contact, p, pair_of, plane, shape, step, velocities
+from pybullet_scenes import RADIUS, arm, ball, in_contact, p, pair_of, plane, shape, step, velocities
 
 from contactlaw.pybullet_callback import ContactCallback, links_of
 
@@ -185,3 +185,13 @@ def test_forces_told_are_those_on_a(client: int, ball_first: bool) -> None:
     np.testing.assert_allclose(state.force, sign * weight * np.array([-0.115, 0, 1]), rtol=1e-3, atol=1e-9)
     np.testing.assert_allclose(state.tangential_force, [-sign * 0.115 * weight, 0, 0], rtol=1e-3, atol=1e-9)
     assert state.normal_force == pytest.approx(weight, rel=1e-3)
+
+
+def test_a_body_and_its_link_as_a_tuple_are_not_taken_for_two_bodies(client: int) -> None:
+    """`links_of` gives such tuples; (arm, 1) was a set of the arm's base and of body 1."""
+    robot, thing = arm(client, 0.0, ("REVOLUTE", "REVOLUTE")), ball(client, [0, 0, 5])
+    callback, link = ContactCallback(client), (robot, 1)
+    with pytest.raises(ValueError, match=r"body_a = \(0, 1\): two bodies, or a body's link\? Write \[0, 1\] or \[\(0, 1"):
+        callback.add_contact(link, thing, pair_of())
+    callback.add_contact([link], (thing, ball(client, [0, 0, 6])), pair_of())
+    assert {key for key, _ in callback.save().rows_of} == {link, (thing, -1), (2, -1)}
