@@ -58,9 +58,11 @@ def read_bodies(head, w):
         store(b.acceleration, load(head.gravity) if r.mass > 0.0 else (0.0, 0.0, 0.0))
         store(b.torque, (0.0, 0.0, 0.0))
         r.placed = 0
+        as_left = w.step > 0.0 and load(r.before.velocity) == load(r.left.velocity)
+        r.lag = w.step if as_left else head.dt
         if rows.same_motion(r.before, r.left):
             if b.asleep == 0 and (r.mass > 0.0 or not motion.is_static(b)):
-                rows.set_body(r, b, head.dt)
+                rows.set_body(r, b)
             continue
         x, v = load(r.before.position), load(r.before.velocity)
         if r.mass == 0.0 and dot(v, v) + dot(load(r.before.spin), load(r.before.spin)) == 0.0:
@@ -72,7 +74,7 @@ def read_bodies(head, w):
         else:
             r.placed = 0 if r.mass == 0.0 or norm(sub(x, load(r.left.position))) <= rows.EXACT * norm(x) else 1
             b.pressed = 0 if r.mass == 0.0 else max(b.pressed, r.placed)  # `find_pressed` needs its true velocity
-            rows.set_body(r, b, head.dt)
+            rows.set_body(r, b)
         placed |= r.placed
     return rows.PLACED if placed != 0 else 0
 
@@ -133,7 +135,7 @@ def has_flown(block):
             b.turned += norm(twist)
     for k in range(head.moving):
         r = rows.row_at(head.rows, k)
-        rows.set_body(r, body_at(w.bodies, k + 1), dt)
+        rows.set_body(r, body_at(w.bodies, k + 1))
         r.left = r.before
     return rows.PASSED if all_pass(head, w) else 0
 
@@ -152,7 +154,8 @@ def rewind(block):
         start = sub(x, way)
         moved = norm(sub(start, load(old.position))) > rows.EXACT * (norm(x) + norm(way))
         store(m.position, start if moved else load(old.position))
-        store(m.velocity, axpy(-head.dt, load(head.gravity), load(m.velocity)))
+        v, left = axpy(-head.dt, load(head.gravity), load(m.velocity)), load(old.velocity)
+        store(m.velocity, v if norm(sub(v, left)) > rows.EXACT * (norm(v) + norm(left)) else left)
         turn = product(rows.turn_in(head.dt, scale(-1.0, load(m.spin))), rows.quaternion_of(m))
         if norm(rotation_vector(product(turn, conjugate(rows.quaternion_of(old))))) <= rows.EXACT:
             turn = rows.quaternion_of(old)
@@ -174,7 +177,7 @@ def find_pressed(block):
     for k in range(head.singles):
         r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
         if r.placed != 0:
-            rows.set_body(r, b, head.dt)
+            rows.set_body(r, b)
 
 
 def select_pushed(block):
@@ -226,7 +229,7 @@ def read_accelerations(head, w):
             store(b.acceleration, axpy(1.0 / dt, gained, gravity))
         if not no_torque:
             store(b.torque, rows.torque_for(r, b, scale(1.0 / dt, twist)))
-        rows.set_body(r, b, dt)
+        rows.set_body(r, b)
     return others
 
 
@@ -253,13 +256,13 @@ def finish_step(block):
 
 
 def keep_own(head, w):
-    """Mark bodies that end the step as in the world as touched: those that Bullet would turn wrong in free flight, and
-    those that it has pushed by contacts that may be no more.
+    """Mark bodies that end the step as in the world as touched: those that Bullet would turn wrong in free flight, or
+    move wrong as the step is of another length than the last, and those pushed by contacts that may be no more.
     """
     for k in range(head.moving):
         r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
-        tumbles = r.disturbed == 0 and rows.tumbles(b, head.dt)
-        if b.asleep == 0 and (tumbles or b.pressed != 0):
+        free = r.disturbed == 0 and (rows.tumbles(b, head.dt) or r.lag != head.dt)
+        if b.asleep == 0 and (free or b.pressed != 0):
             b.touched = 1
 
 

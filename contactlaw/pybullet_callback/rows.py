@@ -36,6 +36,7 @@ ROW = record(
     was_pressed="i8",  # a contact was closed at its start, as `pressed` of its body tells of its end
     usual=VECTOR, wrench=VECTOR,  # acceleration, torque besides gravity and contacts in the last step that touched
     placed="i8",  # the user has moved it since
+    lag="f8",  # [s] length of the step by half of which its velocity before Bullet's step is behind its position
     disturbed="i8",  # Bullet's step moved it not by gravity and the push alone; 2: it was pushed
 )  # fmt: skip
 """A body of PyBullet without joints; those that have a mass come first, as in the world, where trees follow."""
@@ -90,13 +91,13 @@ def quaternion_of(m):
     return m.quaternion[3], m.quaternion[0], m.quaternion[1], m.quaternion[2]
 
 
-def set_body(r, b, dt):
+def set_body(r, b):
     """Put the world's body where PyBullet's is, with the velocity at that time; its acceleration is known."""
     m = r.before
     store(b.position, load(m.position))
     store4(b.quaternion, quaternion_of(m))
     set_axes(b)
-    lag = 0.5 * dt if b.pressed == 0 and r.mass > 0.0 else 0.0
+    lag = 0.5 * r.lag if b.pressed == 0 and r.mass > 0.0 else 0.0
     store(b.velocity, axpy(lag, load(b.acceleration), load(m.velocity)))
     store(b.spin, spin_after(b, load(m.spin), lag))
 

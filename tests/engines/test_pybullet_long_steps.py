@@ -127,3 +127,21 @@ def test_what_tumbles_fast_gains_no_energy_where_it_is_pressed_and_let_go(client
             if not any(one.overlap > 0.0 for one in state):
                 assert energy() == pytest.approx(before, rel=1e-5)
     assert callback.ledger(handle).impacts > 10
+
+
+def test_a_step_that_changes_leaves_falls_and_bounces_as_they_are(client: int) -> None:
+    """Closed form of the fall, then energy: Bullet's velocity is that of half a step before, which was longer or
+    shorter.
+    """
+    g, now, energies, steps = 9.81, 0.0, list[float](), np.random.default_rng(0).uniform(1e-3, 1e-2, 400).tolist()
+    body, callback, handle = ball_on_plane(client, STEP, [0, 0, 0.3], friction=0.0, restitution=1.0)
+    for dt in steps:
+        p.setTimeStep(dt, client)
+        callback.step()
+        now += dt
+        z, v = p.getBasePositionAndOrientation(body, client)[0][2], velocities(client, body)[0][2] - 0.5 * dt * g
+        if now < 0.2:
+            assert z == pytest.approx(0.3 - 0.5 * g * now * (now + steps[0]), rel=1e-12)
+        if not callback.states(handle):
+            energies.append(g * z + 0.5 * v * v)
+    assert energies == pytest.approx(energies[:1] * len(energies), rel=1e-6)
