@@ -67,9 +67,10 @@ class Scene:
         for key in order:
             pose = places[key][1] if key in places else IDENTITY
             self._note_shapes(key, [])
-            for kind, sizes, place, points in sides[key].pieces:
-                more = np.array(sizes), *pose.then(place), roundings.get(key), points
-                self._note_shapes(key, self.world.add_shape(kind, self._row[key], *more))
+            for one in sides[key].pieces:
+                at, turn = pose.then(one.pose)
+                given = one.kind, self._row[key], np.array(one.sizes), at, turn, roundings.get(key), one.points
+                self._note_shapes(key, self.world.add_shape(*given))
         measured: list[Measured] = []
         for number, contact in enumerate(contacts.values()):
             self._let_touch(number, contact, measured)
@@ -149,9 +150,8 @@ class Scene:
 
     def save(self) -> Saved:
         """Return a copy of all state."""
-        bodies = self.bodies
-        jointed = [one.save() for one in bodies.trees]
-        return Saved(self._rows_of, self._handles, kept(bodies.arrays), bodies.rows.copy(), jointed)
+        jointed = [one.kept.copy() for one in self.bodies.trees]
+        return Saved(self._rows_of, self._handles, kept(self.bodies.arrays), self.bodies.rows.copy(), jointed)
 
     def restore(self, saved: Saved) -> None:
         """Set the state to a saved one; ValueError if it is not of these contacts."""
@@ -161,7 +161,7 @@ class Scene:
         bodies.rows[:] = saved.rows
         bodies.bind(arrays)
         for one, values in zip(bodies.trees, saved.jointed, strict=True):
-            one.restore(values)
+            one.kept[...] = values
 
     def _take_over(self, old: Scene) -> None:
         """Take over the state of contacts and bodies that are still there."""
@@ -174,7 +174,7 @@ class Scene:
         for one in self.bodies.trees:
             was = before.get(one.bodies)
             if was is not None and (was.joints, was.ties) == (one.joints, one.ties):
-                one.restore(was.save())
+                one.kept[...] = was.kept
                 if one.known != was.known:
                     mine.world["edited"] = EDITED
         numbers: dict[int, int] = {}

@@ -77,6 +77,7 @@ class Tree:
         ties: Constraints between its bodies, or with what cannot move.
         heads: First link of each body of the tree (links connected by fixed joints are one body).
         numbers: Its arrays, by the names in `NUMBERS`.
+        kept: Those of them that last from a step to the next.
     """
 
     def __init__(self, client: int, bodies: Sequence[int]) -> None:
@@ -97,7 +98,7 @@ class Tree:
         sizes = {"q": self.q_size, "v": self.v_size, "t": len(self.ties)}
         shapes = [(name, "f8", tuple(sizes[one] for one in shape)) for name, shape in tree_hooks.NUMBERS.items()]
         self.numbers = own = np.zeros((), shapes)
-        self._kept, self._own = own[list(tree_hooks.KEPT)], np.zeros(1, tree_hooks.OWN)
+        self.kept, self._own = own[list(tree_hooks.KEPT)], np.zeros(1, tree_hooks.OWN)
         for name in tree_hooks.NUMBERS:
             self._own[name] = own[name].ctypes.data
         self._block = self._own.ctypes.data
@@ -171,14 +172,6 @@ class Tree:
         self.number, bodies = world.add_tree_of(self.rows)
         self.first = bodies[0]
         return self.heads
-
-    def save(self) -> Array:
-        """Return a copy of what lasts from a step to the next."""
-        return self._kept.copy()
-
-    def restore(self, kept: Array) -> None:
-        """Set what `save` returned."""
-        self._kept[...] = kept
 
     def inertias(self) -> dict[int, list[tuple[Any, ...]]]:
         """Return mass, moments of inertia and inertial frame of all links, as PyBullet has them now."""

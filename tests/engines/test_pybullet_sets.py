@@ -191,7 +191,7 @@ def test_a_body_and_its_link_as_a_tuple_are_not_taken_for_two_bodies(client: int
     """`links_of` gives such tuples; (arm, 1) was a set of the arm's base and of body 1."""
     robot, thing = arm(client, 0.0, ("REVOLUTE", "REVOLUTE")), ball(client, [0, 0, 5])
     callback, link = ContactCallback(client), (robot, 1)
-    with pytest.raises(ValueError, match=r"body_a = \(0, 1\): two bodies, or a body's link\? Write \[0, 1\] or \[\(0, 1"):
+    with pytest.raises(ValueError, match=r"body_a = \(0, 1\): two bodies, or a body's link\?.* \[0, 1\] or \[\("):
         callback.add_contact(link, thing, pair_of())
     callback.add_contact([link], (thing, ball(client, [0, 0, 6])), pair_of())
     assert {key for key, _ in callback.save().rows_of} == {link, (thing, -1), (2, -1)}
