@@ -259,10 +259,12 @@ def keep_own(head, w):
     """Mark bodies that end the step as in the world as touched: those that Bullet would turn wrong in free flight, or
     move wrong as the step is of another length than the last, and those pushed by contacts that may be no more.
     """
+    gravity = load(head.gravity)
     for k in range(head.moving):
         r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
-        free = r.disturbed == 0 and (rows.tumbles(b, head.dt) or r.lag != head.dt)
-        if b.asleep == 0 and (free or b.pressed != 0):
+        slight = norm(sub(load(b.acceleration), gravity)) <= rows.SLIGHT * norm(gravity)
+        own = (r.disturbed == 0 and rows.tumbles(b, head.dt)) or (slight and r.lag != head.dt)
+        if b.asleep == 0 and (own or b.pressed != 0):
             b.touched = 1
 
 

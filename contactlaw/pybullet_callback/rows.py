@@ -58,6 +58,7 @@ MOST_TURN = 0.25 * pi  # [rad] in a step of Bullet
 # explicitly, raises its energy by the square of that in each step
 MOST_TUMBLE = 1e-4
 EXACT = 1e-12  # relative difference that counts as rounding
+SLIGHT = 0.5  # acceleration over gravity of slight forces, as of Bullet's damping, and not of its contacts
 NOTED, LISTED, ASLEEP, FLAGS = 1, 2, 4, 8  # bits of `check_contacts`, and the first free one: see there
 NOT_FINITE, NO_ROOM, PUSHED_OTHERWISE = -1, -2, -3  # of `finish_step`
 PASSED, PLACED, STRAYED = -2, -3, -4  # of `begin_step` and `has_flown`
