@@ -233,36 +233,24 @@ def bound_decay(t):
         coupled, own = 1.0, d[k, k]
         if own + springs[k, k] > 0.0:
             for i in range(k):
+                x[i] = 0.0
                 coupled += 1.0 if d[k, i] != 0.0 or springs[k, i] != 0.0 else 0.0
-            most = max(most, coupled)
-            answer_along(t, k)
-            total, i = 0.0, k
+            most, x[k], total, i = max(most, coupled), 1.0, 0.0, k
+            solve_lt(t, x, k, False)
             while i >= 0:
                 other = axis_at(t.axes, i)
                 x[i] = abs(x[i]) * sqrt(other.inverse)
                 total += x[i]
                 i = other.parent
-            i = k
-            while i >= 0:
+            for i in range(k + 1):
                 sums[i] += own * total * x[i]
                 stiff[i] += springs[k, k] * total * x[i]
-                i = axis_at(t.axes, i).parent
     t.decay, t.stiffness = 0.0, 0.0
     for k in range(n):
         t.decay = max(t.decay, most * sums[k])
         t.stiffness = max(t.stiffness, most * stiff[k])
     t.swing = t.decay / LARGEST_LAG + 0.5 * t.span * t.stiffness
     t.decay += 0.5 * t.span * t.stiffness
-
-
-def answer_along(t, last):
-    """x <- L^-T of a unit impulse along an axis, for the axes that carry it."""
-    x, k = vector(t.x, t.v_size), last
-    while k >= 0:
-        x[k] = 0.0
-        k = axis_at(t.axes, k).parent
-    x[last] = 1.0
-    solve_lt(t, x, last, False)
 
 
 def spread_acceleration(t):
