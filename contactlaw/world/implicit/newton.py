@@ -196,9 +196,8 @@ def add_stiffness(w, r, stage):
     eq = equations_of(w)
     h, first, jn, ju, jv = eq.h, eq.first, eq.along_n, eq.along_u, eq.along_v
     for row, direction in ((jn, n), (ju, e), (jv, cross(n, e))):
-        clear_row(row, a, b)
         about_a, about_b = cross(load(c.arm_a), direction), cross(direction, load(c.arm_b))
-        add_opposite_forces(a, b, direction, about_a, about_b, row)
+        set_row(a, b, direction, about_a, about_b, row)
     of_a, of_b = unknowns_of_both(a, b)
     square = stage * stage
     least, most = min(a.unknown, b.unknown), max(a.unknown, b.unknown)
@@ -208,10 +207,9 @@ def add_stiffness(w, r, stage):
             by_n = square * (k[0] * jn[i] - k[1] * ju[i] - k[2] * jv[i])
             by_u = square * (k[3] * ju[i] + k[4] * jv[i])
             by_v = square * (k[5] * ju[i] + k[6] * jv[i])
-            for j in range(of_a[0], of_a[1]):
-                h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j]
-            for j in range(of_b[0], of_b[1]):
-                h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j]
+            for begin, stop in (of_a, of_b):
+                for j in range(begin, stop):
+                    h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j]
     if k[7] != 0.0:
         add_moment_stiffness(w, a, b, n, scale(square * k[7], n))
     add_moments(w, c, a, b, stage)
@@ -238,11 +236,12 @@ def unknowns_of_both(a, b):
     return unknowns_of(a), of_b if a.unknown != b.unknown else (of_b[0], of_b[0])
 
 
-def clear_row(row, a, b):
-    """Set the entries of a row for two bodies to zero."""
+def set_row(a, b, force, about_a, about_b, row):
+    """Set the entries of a row for two bodies to what `add_opposite_forces` adds."""
     for one in (a, b):
         start, end = unknowns_of(one)
         clear(row[start:end])
+    add_opposite_forces(a, b, force, about_a, about_b, row)
 
 
 def add_moment_stiffness(w, a, b, axis, moment):
@@ -255,8 +254,7 @@ def add_moment_stiffness(w, a, b, axis, moment):
     eq = equations_of(w)
     row, column = eq.about, eq.along_n
     for one, about in ((row, axis), (column, moment)):
-        clear_row(one, a, b)
-        add_opposite_forces(a, b, ZERO, about, scale(-1.0, about), one)
+        set_row(a, b, ZERO, about, scale(-1.0, about), one)
     of_a, of_b = unknowns_of_both(a, b)
     for start, end in (of_a, of_b):
         for i in range(start, end):
