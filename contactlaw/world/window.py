@@ -46,7 +46,7 @@ def predict_all(w, now, step):
             if remains_open(w, p, now, step, 0.0):
                 p.toi, p.checked = NEVER, -1.0
             else:
-                predict(w, p, max(flight_start(a), flight_start(b)))
+                predict(w, p, max(a.time if a.still == 0 else 0.0, b.time if b.still == 0 else 0.0))
                 if p.toi <= now:
                     predict(w, p, now)
         if p.toi < step:
@@ -94,11 +94,6 @@ def plan_window(w):
 def is_left_out(a, b):
     """Return whether nothing happens to a pair: its bodies stand still, or the step of one of them is over."""
     return (a.still != 0 and b.still != 0) or a.done != 0 or b.done != 0
-
-
-def flight_start(b):
-    """Return the time of the step [s] since which a body has been in free flight."""
-    return b.time if b.still == 0 else 0.0
 
 
 def shortest_new_impact(w, now):
@@ -196,17 +191,15 @@ def joins_nothing(w, p, a, b, length):
     return for_a <= a.delta_v and for_b <= b.delta_v
 
 
-def any_may_close(w):
-    """Return whether any pair is active that is open."""
+def may_meet(w, time):
+    """Return whether within a time [s] from the step's start on impacts could close a pair that is open or not listed.
+
+    Open pairs that they could close are active already.
+    """
     for k in range(w.nears):
         p = near_at(w.near, k)
         if p.active != 0 and p.closed == 0:
             return True
-    return False
-
-
-def reaches_unlisted(w, time):
-    """Return whether impacts could bring a body to what is not listed, within a time [s] from the step's start on."""
     for n in range(w.near_body_count):
         if is_loose(body_at(w.bodies, whole_at(w.near_bodies, n)), time):
             return True

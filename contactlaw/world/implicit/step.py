@@ -57,7 +57,7 @@ def take_implicit_steps(w):
     for _ in range(2):
         while window.activate(w, 0.0, w.step) and wake(w, 0.0, True):
             pass
-        if w.age != AGED or not (window.any_may_close(w) or window.reaches_unlisted(w, w.step)):
+        if w.age != AGED or not window.may_meet(w, w.step):
             break
         window.list_anew(w, 1)
         window.predict_all(w, 0.0, w.step)
