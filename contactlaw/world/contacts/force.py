@@ -1,6 +1,6 @@
 """Forces and moments of a contact: the calls of laws, dashpots for persistent contacts, slopes, stored energy."""
 
-from math import copysign, inf, sqrt
+from math import copysign, sqrt
 
 from contactlaw.jit import jit_inline, jit_module
 from contactlaw.laws import rolling, speeds, torsion
@@ -152,11 +152,6 @@ def stuck_stiffness_of(w, c):
     """Return the tangential stiffness [N/m] by the law of a contact that sticks everywhere."""
     pair = pair_at(w.pairs, c.pair)
     return ask_stiffness(law_of(w, pair), c.touch, law_numbers(w, pair))
-
-
-def has_no_spring(w, c):
-    """Return whether the law of a contact has friction without tangential springs, rigid or by rates alone."""
-    return c.touch.friction > 0.0 and not 0.0 < stuck_stiffness_of(w, c) < inf
 
 
 @jit_inline

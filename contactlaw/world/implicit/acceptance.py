@@ -13,7 +13,7 @@ from contactlaw.world.contacts.substep import TOUCHING
 from contactlaw.world.data.access import body_at, contact_at, near_at, row_at, shape_at, tree_at
 from contactlaw.world.data.kinds import DISC, SEGMENT, SIDE
 from contactlaw.world.data.records import NEVER
-from contactlaw.world.data.vec import cross, dot, load, norm, sub, to_body, to_world
+from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, sub, to_body, to_world
 from contactlaw.world.near.time_of_impact import find_gap
 from contactlaw.world.shapes.core import CROWN
 
@@ -86,7 +86,8 @@ def strikes(w, p):
         closing, gap, push = max(p.closing, 0.0), max(p.gap, 0.0), max_push(p, a, b)
         return time_to_close(gap, p.closing, push) < w.step and closing * closing + 2.0 * push * gap > 0.0
     c = contact_at(w.contacts, p.slot)
-    if force.has_no_spring(w, c) or not stays_closed(c, a, b):
+    springless = c.touch.friction > 0.0 and not 0.0 < force.stuck_stiffness_of(w, c) < NEVER  # rigid, or by rates alone
+    if springless or not stays_closed(c, a, b):
         return True
     return whirls(shape_at(w.shapes, p.a), a, load(c.normal), sub(load(a.spin), load(b.spin)), w.step)
 
@@ -97,9 +98,9 @@ def max_push(p, a, b):
     Bodies with a closed contact count as not accelerated by their loads, which the contact carries.
     """
     held_a, held_b = a.active != 0 or a.still != 0, b.active != 0 or b.still != 0
-    if held_a:
-        return 0.0 if held_b else norm(load(b.acceleration))
-    return norm(load(a.acceleration)) if held_b else max(p.acceleration, 0.0)
+    if not (held_a or held_b):
+        return max(p.acceleration, 0.0)
+    return norm(sub(ZERO if held_a else load(a.acceleration), ZERO if held_b else load(b.acceleration)))
 
 
 def whirls(s, a, n, spin, time):

@@ -66,7 +66,8 @@ def list_pair(w, i, j):
         d = add(sub(load(a.position), load(b.position)), sub(geometry.centre(sa, a), geometry.centre(sb, b)))
         far = margin + geometry.bounding_radius(sa)
         if sb.kind == HEIGHT_FIELD:
-            d = outside_block(sb, local(d, sb, b))
+            x, y, z = local(d, sb, b)  # by how much it is outside of the block:
+            d = max(abs(x) - sb.half[0], 0.0), max(abs(y) - sb.half[1], 0.0), max(z, -sb.half[2] - z, 0.0)
         else:
             far += geometry.bounding_radius(sb)
         if dot(d, d) > far * far:
@@ -94,11 +95,6 @@ def list_pair(w, i, j):
         guard = new_guard(w, i, j, w.step)
     for place in range(places):
         add_near(w, i, j + place, guard, gap)
-
-
-def outside_block(s, c):
-    """Return by how much [m] a point is outside the block of a height field, along each of its axes."""
-    return max(abs(c[0]) - s.half[0], 0.0), max(abs(c[1]) - s.half[1], 0.0), max(c[2], -s.half[2] - c[2], 0.0)
 
 
 def list_by_parts(w, k, n, low, high):

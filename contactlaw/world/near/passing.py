@@ -83,7 +83,7 @@ def find_pressed(w):
                 p.gap = -overlap
                 p.closing = closing_at(a, arm_a, b, arm_b, n)
                 p.checked = MEASURED
-                slight = slight_of(a, b)
+                slight = IDLE * max(a.size, b.size)
                 if overlap > slight or (overlap >= -slight and is_laid_on(w, a, b, n, p.closing, slight)):
                     gaps_needed = placed  # others may lie on what is pressed now
                     mark_pressed(a)
@@ -107,17 +107,12 @@ def pull_on(b):
     return load(tree_at(b.tree, 0).gravity) if b.tree != 0 else load(b.acceleration)
 
 
-def slight_of(a, b):
-    """Return the gap or overlap [m] up to which two bodies touch by rounding: neighbours must not differ by it."""
-    return IDLE * max(a.size, b.size)
-
-
 def gap_suffices(w, p, a, b):
     """Return whether the gap of an open pair need not be measured: the last step has, or a lower bound will do.
 
     Sets the pair's gap to the lower bound that its guard knows, where there is one.
     """
-    slight = slight_of(a, b)
+    slight = IDLE * max(a.size, b.size)  # neighbours must not differ by rounding
     way, known = 2.0 * w.step * p.closing_bound + slight, guards.known_gap(w, p, 0.0)
     if known <= way and p.guard >= 0 and guard_at(w.guards, p.guard).separation > slight:
         known = guard_at(w.guards, p.guard).separation
@@ -326,15 +321,10 @@ def part(w):
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             if (a.done == FOLLOWS or b.done == FOLLOWS) and meet_near(w, p, a, b)[0] > 0.0:
                 found = True
-                put_back(w, p.body_a)
-                put_back(w, p.body_b)
-
-
-def put_back(w, i):
-    """Put body i back if it follows the engine."""
-    if body_at(w.bodies, i).done == FOLLOWS:
-        restore_body(w, i)
-        body_at(w.bodies, i).touched = 1
+                for i in (p.body_a, p.body_b):
+                    if body_at(w.bodies, i).done == FOLLOWS:
+                        restore_body(w, i)
+                        body_at(w.bodies, i).touched = 1
 
 
 def overlaps(w, first, count):
