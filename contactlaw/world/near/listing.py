@@ -172,20 +172,14 @@ def list_within(w, steps, few):
 
 def list_few(w):
     """List the shapes that are near, by comparing all with each other; ends of capsules do not meet."""
-    count, first = 0, w.cells + w.shape_count  # `WORLD.grid` has room for the numbers of whole shapes there
     for i in range(w.whole_count):
         s = shape_at(w.shapes, i)
         if s.kind == TANGENT:
             list_pair(w, s.partner, i)
-        elif not is_part(s):
-            set_whole(w.grid, first + count, i)
-            count += 1
-    for m in range(count):
-        i = whole_at(w.grid, first + m)
-        for n in range(count if shape_at(w.shapes, i).kind != END else 0):
-            j = whole_at(w.grid, first + n)
-            if j < i or shape_at(w.shapes, j).kind == END:
-                list_pair(w, max(i, j), min(i, j))
+        for j in range(0 if s.kind == TANGENT or is_part(s) else i):
+            other = shape_at(w.shapes, j)
+            if other.kind != TANGENT and not (is_part(other) or s.kind == other.kind == END):
+                list_pair(w, i, j)
 
 
 def list_near_bodies(w):
