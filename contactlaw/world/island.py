@@ -57,9 +57,7 @@ def integrate(w, root, now, until):
             t = take_substeps(w, root, (bodies, pairs), t, now, until)
             first = lost_body(w, bodies, until - now)
             if first > 0:
-                if w.lost_body == 0:
-                    b = body_at(w.bodies, first)
-                    w.lost_body, w.lost_speed = first, norm(load(b.velocity)) + b.reach * norm(load(b.spin))
+                w.lost_body = first if w.lost_body == 0 else w.lost_body
                 for i in range(bodies):
                     b = body_at(w.bodies, whole_at(w.island_bodies, i))
                     b.time, b.done = w.step, 1

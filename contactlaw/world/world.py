@@ -2,7 +2,7 @@
 
 import warnings
 from copy import deepcopy
-from math import inf
+from math import hypot, inf
 from typing import Any, Self
 
 import numpy as np
@@ -83,7 +83,8 @@ class World(Building):
             raise RuntimeError("a step lost contacts: too many shapes came near each other in it; make it shorter")
         finite = np.isfinite(self.arrays.bodies["position"]).all(1)
         if not finite.all():
-            lost, speed = self.arrays.world[["lost_body", "lost_speed"]][0]
+            b = self.arrays.bodies[lost := int(self.arrays.world["lost_body"][0])]
+            speed = hypot(*b["velocity"]) + float(b["reach"]) * hypot(*b["spin"])
             how = f", at {speed:.2g} m/s" if lost and np.isfinite(speed) else ""
             raise RuntimeError(
                 f"body {(lost or np.argmin(finite)) - 1}{how}: the motion is no longer finite: speeds or overlaps are "

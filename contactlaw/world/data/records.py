@@ -295,7 +295,7 @@ WORLD = record(
     late="i8", latest="f8",  # contacts that were found overlapping when they closed, and the greatest such overlap [m]
     twists="i8", lost="i8",  # TWIST_LATER, TWIST_NOW or TWIST_ALWAYS; contacts for which there was no room
     left_out="i8",  # 1 + a shape of a near pair for which there was no room; 0: none
-    lost_body="i8", lost_speed="f8",  # the first lost in this step, 0: none, see `island.integrate`; its speed [m/s]
+    lost_body="i8",  # the first lost in this step, 0: none, see `island.integrate`
     demand="u8",  # address of `demand.TABLE`
 )  # fmt: skip
 """A world as a whole, the argument of compiled code."""
