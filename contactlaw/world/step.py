@@ -104,10 +104,8 @@ def step_once(w, dt, task):
 def finish(w):
     """Integrate from window to window to the end of the step that `begin` has prepared.
 
-    Islands of persistent contacts are tried with an implicit step first, if the step is long beside an impact. Where
-    nothing is closed the next window begins at the next time of impact. A list of an earlier step serves while nothing
-    that it holds can strike. What it has left out cannot: what remains of both margins is more than the sum of both
-    ways, see `listing.may_leave_margin`.
+    A list of an earlier step serves while nothing that it holds can strike. What it has left out cannot: what remains
+    of both margins is more than the sum of both ways, see `listing.may_leave_margin`.
     """
     now, dt = 0.0, w.step
     while now < dt:

@@ -192,9 +192,7 @@ def round_on_round(radius_a, from_a, radius_b, from_b, d):
 
 
 def half_axis(s, b):
-    """Return a segment's half axis, or the vector from a disc's middle to its rim, world frame [m]; else zero."""
-    if s.kind < SEGMENT:
-        return 0.0, 0.0, 0.0
+    """Return a segment's half axis, or the vector from a disc's middle to its rim, world frame [m]; of balls zero."""
     return to_world(b.axes, load(s.half))
 
 

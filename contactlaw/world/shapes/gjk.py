@@ -1,9 +1,8 @@
 """Nearest points of swept cores, hulls with all shapes, by the algorithm of Gilbert, Johnson & Keerthi (1988).
 
 While two of them overlap by less than the sum of radii their cores are apart, so that the vector between the nearest
-points of the cores is unique and moves continuously. Flat on flat, a hull rests on its corners and sharp edges, which
-are shapes of their own; two cores meet directly in one point only where neither lie between. The same holds for a
-cylinder's rims and feet.
+points of the cores is unique and moves continuously. Flat on flat, a hull rests on its parts, see
+`description.parts_of`; two cores meet directly in one point only where none of these lie between.
 
 The distance is that of the Minkowski difference from the origin. A simplex of its vertices is moved towards the origin,
 until the vertex furthest towards the origin is already in the simplex: the result is then exact.
