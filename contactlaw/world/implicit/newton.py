@@ -29,6 +29,7 @@ from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, scale, store
 from contactlaw.world.implicit.equations import equations_of
 from contactlaw.world.shapes.core import set_back
 from contactlaw.world.shapes.geometry import centre, half_axis, meet_near, takes_known_gap
+from contactlaw.world.trees.dynamics import inertia
 from contactlaw.world.trees.kinematics import vector
 from contactlaw.world.trees.mobility import clear, copy
 
@@ -99,7 +100,10 @@ def begin_matrix(w, bodies):
             eq.first[i] = o
             clear(h[i, : w.unknowns])
         if b.tree == 0:
-            write_inertia(b, h)
+            i = b.inverse_inertia
+            tensor = inertia(b.axes, (1.0 / i[0], 1.0 / i[1], 1.0 / i[2]))
+            for j in range(9):
+                h[o + j // 3, o + j // 3], h[o + 3 + j // 3, o + 3 + j % 3] = 1.0 / b.inverse_mass, tensor[j]
         else:
             t = tree_at(b.tree, 0)
             t.weights, t.stride = h[o:, o:].ctypes.data, w.unknown_room
@@ -111,17 +115,6 @@ def unknowns_of(b):
     """Return the first unknown of a body, or of its tree, and that after its last one; the same if it has none."""
     count = 6 if b.tree == 0 else tree_at(b.tree, 0).v_size
     return b.unknown, b.unknown + (count if b.unknown >= 0 else 0)
-
-
-def write_inertia(b, h):
-    """Write the mass and the moments of inertia of a free body into H."""
-    axes, o = b.axes, b.unknown
-    inertia = 1.0 / b.inverse_inertia[0], 1.0 / b.inverse_inertia[1], 1.0 / b.inverse_inertia[2]
-    for i in range(3):
-        h[o + i, o + i] = 1.0 / b.inverse_mass
-        own = inertia[0] * axes[3 * i], inertia[1] * axes[3 * i + 1], inertia[2] * axes[3 * i + 2]
-        for j in range(3):
-            h[o + 3 + i, o + 3 + j] = own[0] * axes[3 * j] + own[1] * axes[3 * j + 1] + own[2] * axes[3 * j + 2]
 
 
 def rounding_scale(n, b):

@@ -138,7 +138,7 @@ def start_link(t, i):
     store(link.bias, gain)
     c = sub(load(b.position), load(t.origin))
     acceleration = add(gain, add(cross(turning, c), cross(spin, load(b.velocity))))
-    tensor = inertia(b, link)
+    tensor = inertia(b.axes, load(link.inertia))
     force = scale(link.mass, sub(acceleration, load(t.gravity)))
     moment = add(to_world(tensor, turning), cross(spin, to_world(tensor, spin)))
     store(link.force, force)
@@ -154,9 +154,11 @@ def start_link(t, i):
     out[5] = out[7] = tensor[5] - offset[1] * c[2]
 
 
-def inertia(b, link):
-    """Return the inertia of a body about its centre of mass, along the world's axes: a matrix (9,), row by row."""
-    m, i = b.axes, link.inertia
+def inertia(m, i):
+    """Return the inertia about the centre of mass along the world's axes, a matrix (9,), row by row.
+
+    m, i: matrix (9,) of the principal axes, and moments about these.
+    """
     x = (i[0] * m[0], i[1] * m[1], i[2] * m[2])
     y = (i[0] * m[3], i[1] * m[4], i[2] * m[5])
     own_y, own_z = (m[3], m[4], m[5]), (m[6], m[7], m[8])
