@@ -102,8 +102,10 @@ def begin_matrix(w, bodies):
         if b.tree == 0:
             i = b.inverse_inertia
             tensor = inertia(b.axes, (1.0 / i[0], 1.0 / i[1], 1.0 / i[2]))
+            for j in range(3):
+                h[o + j, o + j] = 1.0 / b.inverse_mass
             for j in range(9):
-                h[o + j // 3, o + j // 3], h[o + 3 + j // 3, o + 3 + j % 3] = 1.0 / b.inverse_mass, tensor[j]
+                h[o + 3 + j // 3, o + 3 + j % 3] = tensor[j]
         else:
             t = tree_at(b.tree, 0)
             t.weights, t.stride = h[o:, o:].ctypes.data, w.unknown_room
