@@ -29,6 +29,22 @@ def test_a_hull_reaches_as_far_as_its_points_and_its_core_a_radius_less() -> Non
     assert len(convex_hull(rng.normal(size=(2000, 3)))[0]) <= 100
 
 
+@pytest.mark.parametrize("sides", [3, 32, 45, 48, 50])
+@pytest.mark.parametrize("width", [0.02, 0.3])
+def test_a_wheel_of_up_to_fifty_sides_stays_regular(sides: int, width: float) -> None:
+    """One of 48 had become one of 29 unequal sides on one rim, and of 26 on the other."""
+    angles = 2.0 * np.pi * np.arange(sides) / sides
+    rim = 0.3 * np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1)
+    core, _, radius = core_of(np.concatenate([rim + (0.0, 0.0, width), rim - (0.0, 0.0, width)]))
+    for end in (1.0, -1.0):
+        own = core[np.sign(core[:, 2]) == end]
+        turned = np.sort(np.arctan2(own[:, 1], own[:, 0]))
+        np.testing.assert_allclose(np.diff(turned), 2.0 * np.pi / sides, rtol=0, atol=1e-9)
+        far = 0.3 - radius / np.cos(np.pi / sides)
+        np.testing.assert_allclose(np.linalg.norm(own[:, :2], axis=1), far, rtol=1e-9)
+        assert len(own) == sides
+
+
 @pytest.mark.parametrize("bevel", [0.02, 0.04, 0.06])
 @pytest.mark.parametrize("rounding", [None, 0.3])
 def test_a_cube_with_narrow_bevels_or_fillets_is_as_wide_as_it_was(bevel: float, rounding: float | None) -> None:

@@ -1,9 +1,8 @@
 """Convex hulls of points, and their cores, which a ball sweeps to give hulls with rounded edges.
 
 The core of a convex body of faces n.x <= h is bounded by n.x = h - r. Each vertex moves to the point with that distance
-from all the faces that meet there, by least squares where these are more than three. The core swept by a ball of radius
-r has the faces of the hull, and edges and vertices of radius r. Where faces are narrow beside r, such as bevels, their
-vertices would pass each other and come out of other faces: then all corners of the core are found, without such faces.
+from all the planes that meet there, by least squares where these are more than three. Where faces are narrow beside r,
+such as bevels, their vertices would come out of other faces: then all corners of the core are found, without them.
 """
 
 from collections.abc import Callable
@@ -16,7 +15,7 @@ from contactlaw.world.data.records import Array
 from contactlaw.world.shapes.gjk import CELLS
 
 FLAT = 1e-6  # of the size: heights up to this count as zero, as meshes are in single precision
-FINE = 5e-3  # of the size: points less far outside are left out
+FINE = 3.9e-3  # of the size: points less far outside are left out; a wheel of 50 sides, which MOST allows, is whole
 MOST = 100  # vertices at most
 SHARE = 0.1  # default radius, of the least distance of a face from the middle
 SHARP = 0.9  # cosine of the angle between faces: flatter edges are no shapes of their own
@@ -116,7 +115,8 @@ def core_of(points: Array, radius: float | None = None) -> tuple[Array, list[tup
     if not 0.0 < r <= 0.5 * depth:
         raise ValueError(f"rounding = {radius}: must be > 0 and at most half the hull's least depth, {depth:.6g} m")
     meet = (faces[None] == np.arange(len(vertices))[:, None, None]).any(2)
-    core = vertices + [np.linalg.lstsq(normals[own], np.full(own.sum(), -r), rcond=BLUNT)[0] for own in meet]
+    planes = [normals[own][np.unique(normals[own].round(6), axis=0, return_index=True)[1]] for own in meet]
+    core = vertices + [np.linalg.lstsq(own, np.full(len(own), -r), rcond=BLUNT)[0] for own in planes]
     if (core @ normals.T - heights + r > FINE * size).any():
         core, faces = convex_hull(_corners(normals, heights - r, FLAT * size), 0.1 * FINE, flat=CLEARLY)
         normals = _normals(core, faces)
