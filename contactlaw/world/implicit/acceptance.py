@@ -122,8 +122,8 @@ def motion_of(w, bodies, pairs):
     contact slides as a whole by more than its springs yield, and no body turns: the load of what is carried round has
     the direction of a stage's end, and one stage would take some (omega h)^2 of its energy. It slides steadily if it
     has no tree, no contact moves along its normal, nor do its bodies (after an implicit step, a contact knows the mean
-    speed in that step only), and all closed contacts slide as a whole, against friction, and are those of balls and
-    corners: on sides, edges and rims a contact runs along with tilt, which Newton's matrix hardly knows.
+    speed in that step only), and all closed contacts slide so, against friction: one that begins to slip may have the
+    slopes of sticking. They are those of balls and corners: on others a contact runs along with tilt.
     """
     jointed, twice = False, False
     for i in range(bodies):
@@ -138,12 +138,12 @@ def motion_of(w, bodies, pairs):
             a, b, arm_a, arm_b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b), load(c.arm_a), load(c.arm_b)
             speed = closing_speed(c, a, b)
             steady = force.is_quasi_static(c, 1.0) and force.is_slow(c, speed, 1.0)
-            slipping = force.slips_fully(c.touch)
+            way = w.step * norm(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)))
+            slipping = force.slips_fully(c.touch) and way > force.slide_to_slip(c.touch)
             runs = shape_at(w.shapes, c.shape_a).kind >= SEGMENT
             slides = slides and steady and slipping and c.touch.friction != 0.0 and not runs
-            way = w.step * norm(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)))
             turn = w.step * max(norm(load(a.spin)), norm(load(b.spin)))
-            twice = twice or turn > LEAST_TURN or (slipping and way > force.slide_to_slip(c.touch))
+            twice = twice or turn > LEAST_TURN or slipping
     return 1 if jointed and not twice else 2, slides
 
 
