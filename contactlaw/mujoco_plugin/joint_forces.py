@@ -6,10 +6,10 @@ lasts. So do springs of joints, and servos, actuators whose force falls with the
 tendons only under Runge-Kutta. As a tendon turns, its force changes in ways that J does not tell, so that otherwise
 `follow_tendons` lets velocities follow it.
 
-Limits of joints and tendons that the engine has found active act in the world as in the engine, see `trees.limits`. If
-their forces were held constant, they would go on against a joint that a contact has turned back within the step, and
-would yield to an impact on a joint at its stop. Those of hinges and slides that may be reached within the step are
-there too; of others the engine has no row yet.
+Limits and dry friction of joints and tendons act in the world as in the engine, see `trees.limits`. If their forces
+were held constant, they would go on against a joint that a contact has turned back within the step, where friction
+would drive it, and would yield to an impact on a joint at its stop. Limits that may be reached within the step, of
+which the engine has no row yet, are there too.
 
 Equality constraints (welds, connects, joints) are soft too: the force along row J is D (a_ref - J a), with a_ref = -B J
 v - K I r. Within the step they act as in the engine. With
@@ -24,6 +24,8 @@ The integrator `discrete` evaluates limits and equalities at the end of its step
 D (1 + h B + h^2 K I) in place of D (MuJoCo documentation, Computation, "Numerical integration").
 """
 
+from math import inf
+
 from numba import types
 
 from contactlaw.jit import jit, jit_module
@@ -33,83 +35,118 @@ from contactlaw.mujoco_plugin.block import entries, entry, floats, gather, last_
 from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.world.data.access import axis_at, limit_at
 from contactlaw.world.data.quaternion import conjugate, load4, product, rotation_vector
-from contactlaw.world.data.tree import FREE_JOINT, SLIDE, SPARE_LIMITS
+from contactlaw.world.data.tree import BALL, FREE_JOINT, SLIDE, SPARE_LIMITS
+from contactlaw.world.data.vec import norm, scale, store
 from contactlaw.world.trees.dynamics import add_square, pull, row_of, solve
 from contactlaw.world.trees.kinematics import displace, vector
 from contactlaw.world.trees.limits import find
 from contactlaw.world.trees.mobility import clear, copy
 
+ALWAYS = -1e3  # [m] or [rad], distance of dry friction
+
 
 def read_limits(head, j, t):
-    """Read the active limits of a tree; a: its accelerations at the start of the step, but for contacts.
+    """Read active limits and friction of a tree; a: its accelerations at the start of the step, but for contacts.
 
     The engine's forces of limits answer to contacts, under Runge-Kutta to those of a whole step. The forces without
     contacts are found from these.
     """
     d, n, ahead = data_at(head.data, 0), t.v_size, steps_ahead(head)
-    f, row, moved, q = vector(t.f, n), vector(t.x, n), vector(t.room, n), vector(t.q, t.q_size)
+    f, moved, q = vector(t.f, n), vector(t.room, n), vector(t.q, t.q_size)
     clear(moved)
     if head.start != last_state(head):  # Runge-Kutta evaluates them last near the end of its step
         gather(head, places_in(head, last_state(head))[0], j.q, q)
         displace(t, moved)
         copy(vector(t.start, t.q_size), q)
-    for i in range(d.ne + d.nf, d.ne + d.nf + d.nl):
+    for i in range(d.ne, d.ne + d.nf + d.nl):
         read_constraint(head, j, t, i, False)
-        first, end = n, 0
-        for k in range(n):
-            if row[k] != 0.0:
-                first, end = min(first, k), k + 1
-        if end == 0 or t.limited == n + SPARE_LIMITS:
-            continue
-        limit, reference = limit_at(t.limits, t.limited), floats(d.efc_KBIP, 4 * i, 3)
-        limit.first, limit.end = first, end
-        copy(row, row_of(t, t.rows, t.limited))
-        limit.gap = doubles_at(d.efc_pos)[i] - doubles_at(d.efc_margin)[i] - along_row(t, t.room)
-        slopes = slopes_ahead(doubles_at(d.efc_D)[i], reference[1], reference[0] * reference[2], ahead)
-        limit.mass, limit.resistance, limit.stiffness = slopes
-        limit.force, limit.answered = doubles_at(d.efc_force)[i], 0
-        limit.pushes = 1 if limit.force > 0.0 else 0
-        for k in range(n):
-            f[k] -= limit.force * row[k]
-        t.limited += 1
+        if add_limit(t, 0, n, doubles_at(d.efc_pos)[i] - doubles_at(d.efc_margin)[i]):
+            limit, reference = limit_at(t.limits, t.limited - 1), floats(d.efc_KBIP, 4 * i, 3)
+            slopes = slopes_ahead(doubles_at(d.efc_D)[i], reference[1], reference[0] * reference[2], ahead)
+            limit.mass, limit.resistance, limit.stiffness = slopes
+            limit.force = doubles_at(d.efc_force)[i]
+            if i < d.ne + d.nf:  # without stiffness
+                limit.gap, limit.most = ALWAYS, doubles_at(d.efc_frictionloss)[i]
+                limit.least = -limit.most
+            limit.pushes = 1 if limit.force > limit.least else 0
+            for k in range(limit.first, limit.end):
+                f[k] -= limit.force * vector(t.x, n)[k]
     if t.limited > 0:
         find(t, vector(t.a, n), 1.0, 0.0, False)
-    foresee_limits(head, j, t, moved)
+    foresee_limits(head, j, t)
 
 
-def foresee_limits(head, j, t, moved):
-    """Add the nearer limits of the joints where the engine has found none, as they may be reached within the step.
+def add_limit(t, first, end, gap):
+    """Add a limit that does not push, along entries of x; return whether it is one.
 
-    They are as beyond the width of their `solimp`, where they then soon are, with the engine's numbers (MuJoCo
-    documentation, Modeling, "Solver parameters"). moved: displacements by which the engine's places lie ahead.
+    gap: where the engine is. t.room: displacements by which its places lie ahead.
     """
-    m, state = model_at(head.model, 0), doubles_at(last_state(head))
-    flags, ahead = m.opt.disableflags, steps_ahead(head)
-    for k in range(0 if flags & layout.NO_LIMIT else t.v_size):
-        place = whole_at(head.places, j.v + k)
-        joint = entry(m.dof_jntid, place)
-        limited = load_int(types.uintp(m.jnt_limited) + types.uintp(joint)) & 255  # of bytes
-        if limited == 0 or entry(m.jnt_type, joint) < SLIDE or t.limited == t.v_size + SPARE_LIMITS:
-            continue
-        q, ends = state[1 + entry(m.jnt_qposadr, joint)], floats(m.jnt_range, 2 * joint, 2)
-        side = 1.0 if q - ends[0] < ends[1] - q else -1.0
-        gap = min(q - ends[0], ends[1] - q) - doubles_at(m.jnt_margin)[joint]
-        if gap < 0.0:
-            continue
-        limit, row = limit_at(t.limits, t.limited), row_of(t, t.rows, t.limited)
-        clear(row)
-        row[k], limit.first, limit.end, limit.gap = side, k, k + 1, gap - side * moved[k]
-        limit.force, limit.pushes, limit.answered = 0.0, 0, 0
-        one, two = doubles_at(m.jnt_solref)[layout.REF * joint], doubles_at(m.jnt_solref)[layout.REF * joint + 1]
-        impedance = doubles_at(m.jnt_solimp)[layout.IMP * joint + 1]
-        impedance = min(max(impedance, layout.LEAST_IMPEDANCE), layout.MOST_IMPEDANCE)
-        stiffness, damping = -one / impedance, -two / impedance
-        if one > 0.0:
-            one = max(one, 0.0 if flags & layout.REF_UNSAFE else 2.0 * head.step_size)
-            stiffness, damping = 1.0 / (impedance * one * one * two * two), 2.0 / (impedance * one)
-        mass = impedance / ((1.0 - impedance) * doubles_at(m.dof_invweight0)[place])
-        limit.mass, limit.resistance, limit.stiffness = slopes_ahead(mass, damping, stiffness, ahead)
-        t.limited += 1
+    x, row, moved = vector(t.x, t.v_size), row_of(t, t.rows, t.limited), vector(t.room, t.v_size)
+    while end > first and x[first] == 0.0:
+        first += 1
+    while end > first and x[end - 1] == 0.0:
+        end -= 1
+    if end == first or t.limited == 2 * t.v_size + SPARE_LIMITS:
+        return False
+    for k in range(first, end):
+        row[k] = x[k]
+        gap -= x[k] * moved[k]
+    limit = limit_at(t.limits, t.limited)
+    limit.first, limit.end, limit.gap, limit.mobility = first, end, gap, 0.0
+    limit.force, limit.least, limit.most, limit.pushes = 0.0, 0.0, inf, 0
+    t.limited += 1
+    return True
+
+
+def foresee_limits(head, j, t):
+    """Add the nearer limits of joints and tendons where the engine has found none, as they may be reached in the step.
+
+    Where a ball joint is at rest, it has no direction of its limit yet.
+    """
+    m, d, state, x = model_at(head.model, 0), data_at(head.data, 0), last_state(head), vector(t.x, t.v_size)
+    if m.opt.disableflags & layout.NO_LIMIT != 0:
+        return
+    for k in range(t.v_size):
+        v = whole_at(head.places, j.v + k)
+        one = entry(m.dof_jntid, v)
+        if load_int(types.uintp(m.jnt_limited) + types.uintp(one)) & 255 and v == entry(m.jnt_dofadr, one):
+            q, ends, end, x[k] = 1 + entry(m.jnt_qposadr, one), floats(m.jnt_range, 2 * one, 2), k + 1, 1.0
+            at, low, high = doubles_at(state)[q], ends[0], ends[1]
+            if entry(m.jnt_type, one) == BALL:
+                turn = rotation_vector(load4(floats(state, q, 4)))
+                at, low, high, end = norm(turn), -inf, max(low, high), k + 3
+                store(x[k:], scale(1.0 / max(at, layout.MINVAL), turn))
+            addresses = m.jnt_margin, m.jnt_solref, m.jnt_solimp
+            foresee(head, t, (k, end), (at - low, high - at), addresses, one, doubles_at(m.dof_invweight0)[v])
+    for one in range(m.ntendon):
+        if load_int(types.uintp(m.tendon_limited) + types.uintp(one)) & 255:  # of bytes
+            read_tendon(head, j, t, one, False)
+            at, ends = doubles_at(d.ten_length)[one], floats(m.tendon_range, 2 * one, 2)
+            addresses, weights = (m.tendon_margin, m.tendon_solref_lim, m.tendon_solimp_lim), m.tendon_invweight0
+            foresee(head, t, (0, t.v_size), (at - ends[0], ends[1] - at), addresses, one, doubles_at(weights)[one])
+
+
+def foresee(head, t, span, gaps, addresses, one, inverse_mass):
+    """Add the nearer of two limits along x as beyond the width of its `solimp`, where it then soon is.
+
+    See MuJoCo documentation, Modeling, "Solver parameters". span: of x, see `add_limit`. addresses: of the model's
+    margins, `solref` and `solimp`; one: its own there.
+    """
+    x, gap, flags = vector(t.x, t.v_size), min(gaps[0], gaps[1]), model_at(head.model, 0).opt.disableflags
+    for k in range(span[0], span[1] if gaps[1] <= gaps[0] else span[0]):
+        x[k] = -x[k]
+    gap -= doubles_at(addresses[0])[one]
+    if gap < 0.0 or not add_limit(t, span[0], span[1], gap):
+        return
+    first, second = doubles_at(addresses[1])[layout.REF * one], doubles_at(addresses[1])[layout.REF * one + 1]
+    impedance = doubles_at(addresses[2])[layout.IMP * one + 1]
+    impedance = min(max(impedance, layout.LEAST_IMPEDANCE), layout.MOST_IMPEDANCE)
+    stiffness, damping = -first / impedance, -second / impedance
+    if first > 0.0:
+        first = max(first, 0.0 if flags & layout.REF_UNSAFE else 2.0 * head.step_size)
+        stiffness, damping = 1.0 / (impedance * first * first * second * second), 2.0 / (impedance * first)
+    limit, mass = limit_at(t.limits, t.limited - 1), impedance / ((1.0 - impedance) * max(inverse_mass, layout.MINVAL))
+    limit.mass, limit.resistance, limit.stiffness = slopes_ahead(mass, damping, stiffness, steps_ahead(head))
 
 
 def steps_ahead(head):
@@ -153,15 +190,15 @@ def read_springs(head, j, t):
         if force == 0.0 or not stiffness > 0.0 or at_limit(force, floats(m.actuator_forcerange, 2 * s.servo, 2)):
             continue
         read_arms(head, j, t, s)
-        gains = False
+        moves = False
         for k in range(t.v_size):
             if x[k] != 0.0:
                 v = whole_at(head.places, j.v + k)
                 limits = floats(m.jnt_actfrcrange, 2 * entry(m.dof_jntid, v), 2)
                 if at_limit(doubles_at(d.qfrc_actuator)[v], limits):
                     x[k] = 0.0
-                gains = gains or 0.5 * head.step_size * stiffness * x[k] * x[k] > damping[k, k]
-        if gains:
+                moves = moves or 0.5 * head.step_size * stiffness * x[k] * x[k] > damping[k, k]
+        if moves:
             add_square(t, t.springs, stiffness)
     for k in range(t.v_size):
         t.sprung = 1 if springs[k, k] != 0.0 else t.sprung
@@ -188,20 +225,20 @@ def read_arms(head, j, t, s):
     """Write the lever arms of an actuator or a tendon into x."""
     d = data_at(head.data, 0)
     if s.tendon != 0:
-        read_tendon(head, j, t, s.row)
+        read_tendon(head, j, t, s.row, True)
     else:
         first, count = entry(d.moment_rowadr, s.row), entry(d.moment_rownnz, s.row)
         read_row(head, j, t, floats(d.actuator_moment, first, count), entries(d.moment_colind, first), True)
 
 
-def read_tendon_row(head, j, t, tendon):
-    """Write the Jacobian of a tendon into x."""
+def read_tendon_row(head, j, t, tendon, factored):
+    """Write the Jacobian of a tendon into x, see `read_row`."""
     m, d = model_at(head.model, 0), data_at(head.data, 0)
     first, count = entry(m.ten_J_rowadr, tendon), entry(m.ten_J_rownnz, tendon)
-    read_row(head, j, t, floats(d.ten_J, first, count), entries(m.ten_J_colind, first), True)
+    read_row(head, j, t, floats(d.ten_J, first, count), entries(m.ten_J_colind, first), factored)
 
 
-read_tendon = jit(read_tendon_row if layout.TENDON_ROWS else lambda head, j, t, tendon: None)
+read_tendon = jit(read_tendon_row if layout.TENDON_ROWS else lambda head, j, t, tendon, factored: clear(vector(t.x, 1)))
 
 
 def change_of_tendons(head, j, t):

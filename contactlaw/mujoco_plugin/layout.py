@@ -54,19 +54,20 @@ DATA = structure("mjData")[[
     "geom_xpos", "geom_xmat", "xipos", "site_xpos", "site_xmat", "efc_pos", "efc_margin",
     "efc_KBIP", "efc_D", "efc_force", "ne", "nf", "nl", "nefc", "nJ", "efc_J", "efc_J_rownnz", "efc_J_rowadr",
     "efc_J_colind", "actuator_force", "actuator_moment", "moment_rownnz", "moment_rowadr", "moment_colind",
-    "ten_length", "ten_J",
+    "efc_frictionloss", "ten_length", "ten_J",
 ]]  # fmt: skip
 """The fields of mjData that compiled code uses; `MODEL`: those of mjModel."""
 MODEL = structure("mjModel")[[
     "ntendon", "opt", "geom_bodyid", "D_rowadr", "D_diag", "jnt_type", "jnt_dofadr", "jnt_qposadr", "jnt_range",
     "jnt_limited", "jnt_margin", "jnt_solref", "jnt_solimp", "jnt_stiffness", "dof_jntid", "dof_invweight0",
     "site_type", "site_size", "actuator_biasprm", "actuator_forcerange", "jnt_actfrcrange", "tendon_stiffness",
-    "tendon_lengthspring", "qpos_spring", *TENDON_ROWS,
+    "tendon_lengthspring", "tendon_limited", "tendon_range", "tendon_margin", "tendon_solref_lim", "tendon_solimp_lim",
+    "tendon_invweight0", "qpos_spring", *TENDON_ROWS,
 ]]  # fmt: skip
 data_at: Any = element(DATA)
 model_at: Any = element(MODEL)
 REF, IMP = int(mujoco.mjNREF), int(mujoco.mjNIMP)
-LEAST_IMPEDANCE, MOST_IMPEDANCE = float(mujoco.mjMINIMP), float(mujoco.mjMAXIMP)
+LEAST_IMPEDANCE, MOST_IMPEDANCE, MINVAL = mujoco.mjMINIMP, mujoco.mjMAXIMP, mujoco.mjMINVAL
 BIAS = int(mujoco.mjNBIAS)  # parameters of an actuator's bias
 NO_GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
 NO_CONTACT = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)

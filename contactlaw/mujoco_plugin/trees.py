@@ -179,15 +179,15 @@ def read_tree(head, j, t):
     joint_forces.read_equalities(head, j, t)
     joint_forces.read_armatures(head, j, t)
     joint_forces.read_springs(head, j, t)
-    t.stale, t.span = 1, head.step_size
+    t.stale, t.span, rows = 1, head.step_size, d.nf + d.nl
     asleep = body_at(t.bodies, 0).asleep != 0
     pressed, lags, tendons = is_pressed(t), head.lag > 0.0 and not asleep, m.ntendon != 0
     leads, follows = lags and not pressed, lags and pressed and tendons and body_at(t.bodies, 0).placed == 0
-    if (d.nl > 0 or leads or follows) and not asleep:
+    if (rows > 0 or leads or follows) and not asleep:
         clear(vector(t.x, n))
         call_on_tree(t.move, t)
         t.stale = PLACED
-    if d.nl > 0:
+    if rows > 0:
         if asleep:  # contacts balance all other forces
             gather(head, head.given, j.v, vector(t.a, n))
             solve(t, vector(t.a, n))

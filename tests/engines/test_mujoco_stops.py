@@ -1,5 +1,6 @@
 """Stops of joints and taut tendons that hold what a contact strikes."""
 
+import numpy as np
 import pytest
 from mujoco_scenes import DISCRETE, mujoco, steel_pair
 
@@ -53,3 +54,107 @@ def test_a_ball_rebounds_from_a_weight_on_ropes_alike_at_any_step():
         speeds.append(data.qvel[4])
     assert 0.55 < speeds[-1] < 0.65
     assert speeds == pytest.approx([speeds[-1]] * 3, rel=2e-3)
+
+
+CHAIN = """<mujoco><compiler autolimits="true"/><worldbody><geom name="floor" type="plane" size="1 1 1" contype="0"/>
+    <body pos="0 0 .3"><joint type="slide" axis="0 0 1"/><geom size=".03" mass=".3" contype="0" conaffinity="0"/>
+    <body pos="0 0 -.1"><joint name="hip" {0}/><geom type="capsule" fromto="0 0 0 .01 0 -.1" size=".01" mass=".1"
+    contype="0" conaffinity="0"/><body pos="0 0 -.1"><joint name="knee" {0}/><geom type="capsule"
+    fromto="0 0 0 .01 0 -.1" size=".01" mass=".1" contype="0" conaffinity="0"/>
+    <geom name="foot" size=".02" pos="0 0 -.1" mass=".05"/></body></body></body></worldbody>{1}</mujoco>"""
+TENDON = '<tendon><fixed {}><joint joint="hip" coef="1"/><joint joint="knee" coef="-.7"/></fixed></tendon>'
+
+
+def by_hand(model, data, hertz, time):
+    """Step for a time [s] with Hertz's force on the foot, of a stiffness [N/m^1.5], or by the law if that is zero."""
+    jacobian, foot = np.zeros((3, model.nv)), model.geom("foot").id
+    if hertz > 0.0:
+        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    for _ in range(round(time / model.opt.timestep)):
+        if hertz > 0.0:
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_comPos(model, data)
+            overlap = 0.02 - data.geom_xpos[foot, 2]
+            point = data.geom_xpos[foot] - (0.0, 0.0, 0.02 - 0.5 * overlap)
+            mujoco.mj_jac(model, data, jacobian, None, point, model.geom_bodyid[foot])
+            data.qfrc_applied[:] = hertz * max(overlap, 0.0) ** 1.5 * jacobian[2]
+        mujoco.mj_step(model, data)
+    return data.qvel.copy()
+
+
+def thrown(text, step, hertz=0.0):
+    """Velocities of a leg of rubber 20 ms after it was thrown down."""
+    model = load_model(text, [("foot", "floor", RUBBER)], others=False)
+    model.opt.timestep, model.opt.integrator = step, mujoco.mjtIntegrator.mjINT_RK4
+    data = mujoco.MjData(model)
+    data.qvel[0] = -1.5
+    throws = {"hip": ((0.1, 0.2, 0.05), (1.0, -2.0, 0.5)), "knee": ((0.1, -0.3, 0.1), (-1.0, 3.0, 1.0))}
+    for one, (turn, spin) in throws.items():
+        joint = data.joint(one)
+        joint.qpos[:], joint.qvel[:] = turn[1], spin if joint.qvel.size == 3 else spin[1]
+        if joint.qpos.size == 4:
+            angle = float(np.linalg.norm(turn))
+            mujoco.mju_axisAngle2Quat(joint.qpos, np.array(turn) / angle, angle)
+    mujoco.mj_kinematics(model, data)
+    data.qpos[0] -= data.geom("foot").xpos[2] - 0.025
+    return by_hand(model, data, hertz, 0.02)
+
+
+RUBBER = ContactPair("rubber", "rubber", friction=0.0, restitution=1.0)
+HERTZ = 4.0 / 3.0 * RUBBER.effective_modulus * np.sqrt(0.02)  # of a foot of 20 mm
+HINGE, BALL = 'axis="0 1 0"', 'type="ball"'
+DRIVEN = {
+    "dry friction": (f'{HINGE} frictionloss=".1"', "", 2e-3),
+    "dry friction that holds": (f'{HINGE} frictionloss="50" armature="1e-4"', "", 5e-3),
+    "dry friction of a tendon": (HINGE, TENDON.format('frictionloss=".2"'), 2e-3),
+    "dry friction of ball joints": (f'{BALL} frictionloss=".05" armature="1e-4"', "", 5e-3),
+}
+
+
+@pytest.mark.parametrize("what", DRIVEN)
+def test_a_leg_lands_under_the_forces_that_the_engine_has_at_any_step(what):
+    """Dry friction went on against joints that the floor had turned back."""
+    joint, more, within = DRIVEN[what]
+    due = thrown(CHAIN.format(joint, more), 1e-5, HERTZ)
+    for step in (5e-3, 2e-3, 2e-4):
+        assert abs(thrown(CHAIN.format(joint, more), step) - due).max() < within * abs(due).max()
+
+
+@pytest.mark.parametrize("integrator", ["EULER", "RK4", "IMPLICITFAST", *map(str.upper, DISCRETE)])
+@pytest.mark.parametrize("step", [5e-3, 2e-3])
+def test_a_tendon_that_becomes_taut_as_a_foot_lands_acts_as_the_stop_of_its_slide(step, integrator):
+    """It acted a step late, when the foot had left."""
+    speeds, limit = [], 'range="-.0015 1"'
+    for joint, tendon in ((limit, ""), ("", f'<tendon><fixed {limit}><joint joint="j" coef="1"/></fixed></tendon>')):
+        model = load_model(
+            f"""<mujoco><compiler autolimits="true"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+            <body pos="0 0 .0205"><joint name="j" type="slide" axis="0 0 1" {joint}/>
+            <geom name="foot" size=".02" mass=".2"/></body></worldbody>{tendon}</mujoco>""",
+            [("foot", "floor", RUBBER)],
+        )
+        model.opt.timestep, model.opt.integrator = step, getattr(mujoco.mjtIntegrator, f"mjINT_{integrator}")
+        data = mujoco.MjData(model)
+        data.qvel[0] = -1.5
+        mujoco.mj_step(model, data, round(0.01 / step))
+        speeds.append(data.qvel[0])
+    assert 1.4 < speeds[0] < 1.55
+    assert speeds[1] == pytest.approx(speeds[0], rel=1e-6)
+
+
+@pytest.mark.parametrize("stop", ["-300 -10", "-300 -3"])
+def test_a_ball_on_an_arm_that_yields_at_its_stop_sinks_alike_at_any_step(stop):
+    """The second stage of an implicit step left out what the stop had changed: it rattled at 7 rad/s, for 0.6."""
+    text = f"""<mujoco><compiler autolimits="true"/><worldbody><body pos="0 0 1">
+        <joint axis="0 1 0" range="-90 0" solreflimit="{stop}"/><geom name="arm" type="box" size=".1 .03 .005"
+        pos=".1 0 0" mass=".1"/></body><body pos=".15 0 1.0249"><joint type="slide" axis="0 0 1"/>
+        <joint type="slide" axis="1 0 0"/><geom name="ball" size=".02" mass=".2"/></body></worldbody></mujoco>"""
+    pair, angles = ContactPair("steel", "rubber", friction=0.9, restitution=0.5), []
+    for step in (2e-4, 2e-3, 1e-2):
+        model = load_model(text, [("ball", "arm", pair)], others=False)
+        model.opt.timestep, data = step, mujoco.MjData(model)
+        angles.append([])
+        for _ in range(12):
+            mujoco.mj_step(model, data, round(0.05 / step))
+            angles[-1].append(data.qpos[0])
+    assert 0.05 < max(angles[0]) < 0.09
+    assert np.abs(np.array(angles) - angles[0]).max() < 2e-3

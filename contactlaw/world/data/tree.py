@@ -7,7 +7,7 @@ from contactlaw.laws.record import MATRIX, VECTOR, record
 FREE_JOINT, BALL, SLIDE, HINGE = 0, 1, 2, 3  # kinds of joints, numbered as in MuJoCo
 DENIED, ASKED, PASSES = 0, 1, 2  # values of `TREE.passes`
 PLACED = 2  # value of `TREE.stale`
-SPARE_LIMITS = 4  # as many may act in a step as a tree has degrees of freedom, and so many more
+SPARE_LIMITS = 4  # twice as many may act in a step as a tree has degrees of freedom, and so many more
 
 TREE = record(
     # addresses of the functions that move it, see `trees.mobility` and `trees.motion`
@@ -32,7 +32,7 @@ TREE = record(
     pending="u8", kicked="i8",  # (v_size,), generalised impulses not yet applied to v; 1: there are some
     kick_v="u8",  # (v_size,), change of v by impulses since its last drift
     factor="u8",  # (v_size, v_size), see `trees.dynamics`
-    # soft limits that act in this step, how many; their rows J, (.., v_size); M^-1 J^T, see `limits.answer_to`
+    # soft limits and dry friction that act in this step; their rows J, (.., v_size); L^-T J^T, see `limits.answer`
     limits="u8", limited="i8", rows="u8", answers="u8",
     room="u8",  # q_size + 3 v_size, scratch
     start="u8",  # q_size + v_size, coordinates and velocities at the start of the step
@@ -96,19 +96,20 @@ LIMIT = record(
     first="i8", end="i8",  # velocities that its row has entries of
     gap="f8",  # [m] or [rad] distance at the start of the step, negative beyond the limit
     mass="f8", resistance="f8", stiffness="f8",  # slopes of its force with acceleration, velocity and distance
-    force="f8",  # [N] or [N m] in all accelerations
-    # scratch of `limits.find`: impulse beyond that of `force`; that without changes of the speed; speed; 1: beyond it
-    given="f8", push="f8", speed="f8", reached="i8",
+    force="f8", least="f8", most="f8",  # [N] or [N m] in all accelerations; bounds of the force
+    # scratch of `limits.find`: impulse beyond that of `force`; that without changes of the speed; 1: beyond the limit
+    given="f8", push="f8", reached="i8",
+    speed="f8", gained="f8", rest="f8",  # and what is gained of it by contacts or in all, and by accelerations
     pushes="i8",  # 1: it has pushed in the last substep
-    answered="i8",  # 1: `TREE.answers` has it
+    mobility="f8",  # speed by a unit impulse; 0: not known, nor is its row of `TREE.answers`
 )  # fmt: skip
-"""A soft limit of a joint or tendon, see `trees.limits`."""
+"""A soft limit or the dry friction of a joint or tendon, see `trees.limits`."""
 
 
 def numbers_of(tree: Any) -> dict[str, int]:
     """Return the sizes [float64] of the arrays of a tree, by their names in its record, in their order in memory."""
     q, v = int(tree["q_size"]), int(tree["v_size"])
-    most = v + SPARE_LIMITS
+    most = 2 * v + SPARE_LIMITS
     rows = {"links": (LINK, tree["count"]), "joints": (JOINT, tree["joint_count"]), "axes": (AXIS, v)}
     rows |= {"limits": (LIMIT, most)}
     one = dict.fromkeys(("v", "a", "f", "v_f", "x", "pending", "kick_v"), v)

@@ -183,7 +183,7 @@ def factorise(t):
             m[k, p] = part
             i = axis_at(t.axes, i).parent
     for i in range(t.limited):
-        limit_at(t.limits, i).answered = 0
+        limit_at(t.limits, i).mobility = 0.0
 
 
 def solve_lt(t, x, k, every):

@@ -233,10 +233,8 @@ def add_damping(b):
     limits.add_slopes(t, t.stage, out)
 
 
-def resist(t, force, x, rate):
-    """Find the force of damping less that at the start of the step, -D (V - v), and that of limits beyond theirs.
-
-    x, rate: velocities without contacts less V, and what makes accelerations of these.
+def resist(t, force):
+    """Find the force of damping less that at the start of the step, -D (V - v).
 
     Springs keep the force of the start, unless they are too stiff for that.
     """
@@ -247,7 +245,6 @@ def resist(t, force, x, rate):
         force[k] = 0.0
         for i in range(first, end):
             force[k] -= d[k, i] * (v[i] - v0[i])
-    limits.resist(t, force, x, rate)
     if is_stiff(t):
         dynamics.pull(t, 1.0, force, vector(t.room + 16 * n, n))
 
@@ -264,7 +261,8 @@ def balance(b):
     """
     t = tree_at(b.tree, 0)
     x, force, diagonal = vector(t.x, t.v_size), vector(t.room, t.v_size), vector(t.weights, t.v_size)
-    resist(t, force, x, 1.0 / t.stage)
+    resist(t, force)
+    limits.resist(t, force, x, 1.0 / t.stage)
     weigh(t, x)
     for k in range(t.v_size):
         x[k] += t.stage * force[k]
@@ -310,7 +308,7 @@ def take_middle(b):
         v[k] = v0[k] + ahead * (v[k] - v0[k])
     move_from_start(b)
     call_on_tree(t.accelerate, t)
-    resist(t, force, x, 0.0)
+    resist(t, force)
     for k in range(n):
         x[k] = carried[k] - t.span * force[k]  # the stages themselves have damping and limits
     dynamics.solve(t, x)
