@@ -43,6 +43,7 @@ from contactlaw.world.trees.limits import find
 from contactlaw.world.trees.mobility import clear, copy
 
 ALWAYS = -1e3  # [m] or [rad], distance of dry friction
+FOLLOWS = 10.0  # steps in which a damped servo moves to where it pulls; those that take longer are no springs
 
 
 def read_limits(head, j, t):
@@ -167,7 +168,7 @@ def read_springs(head, j, t):
     """Read springs and servos, and set f to the force at the start of the step: Runge-Kutta leaves that of its end.
 
     A servo whose force, or that on its joint, is at its limit or zero is none: no position moves it, or it is disabled.
-    Nor is one whose joints have a damping of h/2 k: it takes what the force, held, would give.
+    Nor is one so damped that it takes FOLLOWS steps to where it pulls.
     """
     m, d, x = model_at(head.model, 0), data_at(head.data, 0), vector(t.x, t.v_size)
     damping, springs = vector(t.d, (t.v_size, t.v_size)), vector(t.springs, (t.v_size, t.v_size))
@@ -197,7 +198,7 @@ def read_springs(head, j, t):
                 limits = floats(m.jnt_actfrcrange, 2 * entry(m.dof_jntid, v), 2)
                 if at_limit(doubles_at(d.qfrc_actuator)[v], limits):
                     x[k] = 0.0
-                moves = moves or 0.5 * head.step_size * stiffness * x[k] * x[k] > damping[k, k]
+                moves = moves or FOLLOWS * head.step_size * stiffness * x[k] * x[k] > damping[k, k]
         if moves:
             add_square(t, t.springs, stiffness)
     for k in range(t.v_size):
