@@ -288,8 +288,8 @@ def _settle_overlaps(spec: mujoco.MjSpec, model: mujoco.MjModel, overlaps: str) 
             found[geoms] = text
     built = f"parts are built into each other: {first_of([*held.values()], NAMED, 'pairs')}"
     if held and overlaps == "keep":
-        why = "a weld or connect holds them so, leave them out by an <exclude>"
-        raise ValueError(f"overlaps = 'keep': {built}; {why}")
+        where = f"overlaps = 'keep': {built}"
+        raise ValueError(f"{where}; a weld or connect holds them so, leave them out by an <exclude>")
     if held:
         every = {body.id: body for body in spec.bodies}
         for one, two in ((every[a], every[b]) for a, b in held):

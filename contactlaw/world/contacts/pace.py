@@ -203,13 +203,13 @@ def is_jointed(b):
 def returns_within_step(w, c, a, b):
     """Return whether bodies that part with all the energy of their contact touch again within the step.
 
-    The parting speed u is that of m u^2/2 = m v^2/2 + 2/5 P delta, the time of flight 2 u/g for a relative
-    acceleration g. Details of such a bounce are not visible at the ends of steps: substeps of a crowd will do.
+    The parting speed u is that of m u^2/2 = m v^2/2 + 2/5 P delta, the time of flight 2 u/g if an acceleration g along
+    the normal brings them back. Details of such a bounce are not visible at the ends of steps: substeps of a crowd will
+    do.
     """
     t, speed = c.touch, closing_speed(c, a, b)
-    acceleration = sub(load(a.acceleration), load(b.acceleration))
-    square = speed * speed + 0.8 * t.force * max(t.overlap, 0.0) / t.mass
-    return 4.0 * square < w.step * w.step * dot(acceleration, acceleration)
+    back = w.step * dot(sub(load(b.acceleration), load(a.acceleration)), load(c.normal))
+    return back > 0.0 and 4.0 * (speed * speed + 0.8 * t.force * max(t.overlap, 0.0) / t.mass) < back * back
 
 
 def fineness_of(c, a, b):
