@@ -113,7 +113,7 @@ class Shapes:
     ) -> int:  # fmt: skip
         """Fix the convex hull of points to a body, or to the world: None; returns the shape's number.
 
-        Points that change the hull by less than 0.005 of its size are left out, and it has a hundred vertices at most.
+        Points that change the hull by less than 0.0039 of its size are left out, and it has a hundred vertices at most.
 
         Args:
             points: [m], shape (n, 3), along their own axes.
