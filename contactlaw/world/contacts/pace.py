@@ -204,11 +204,11 @@ def returns_within_step(w, c, a, b):
     """Return whether bodies that part with all the energy of their contact touch again within the step.
 
     The parting speed u is that of m u^2/2 = m v^2/2 + 2/5 P delta, the time of flight 2 u/g if an acceleration g along
-    the normal brings them back. Details of such a bounce are not visible at the ends of steps: substeps of a crowd will
-    do.
+    the normal brings them back; in a tree one in any direction counts, as it turns. Details of such a bounce are not
+    visible at the ends of steps: substeps of a crowd will do.
     """
-    t, speed = c.touch, closing_speed(c, a, b)
-    back = w.step * dot(sub(load(b.acceleration), load(a.acceleration)), load(c.normal))
+    t, speed, pull = c.touch, closing_speed(c, a, b), sub(load(b.acceleration), load(a.acceleration))
+    back = w.step * (norm(pull) if a.tree != 0 or b.tree != 0 else dot(pull, load(c.normal)))
     return back > 0.0 and 4.0 * (speed * speed + 0.8 * t.force * max(t.overlap, 0.0) / t.mass) < back * back
 
 
