@@ -1,15 +1,14 @@
-"""Limits of joints and tendons, and their dry friction: soft, as in MuJoCo.
+"""Limits of joints and tendons: soft, as in MuJoCo.
 
 A limit is a row J and a distance r, negative beyond it, that changes at the rate J v. Its force along J is (MuJoCo
 documentation, Computation, "Constraint model")
 
     f = D (a_ref - J a)        a_ref = -B J v - K r        0 <= f
 
-like that of a mass D on a spring and a damper, which only pushes. Dry friction (`frictionloss`) is such a row too, with
-K = 0 and |f| at most the friction. J, D, B and K are those of the start of the step; r follows the displacement since
-then. Rows of one tree answer each other and are found together, by Gauss-Seidel sweeps: those of each by itself would
-add up to too much, and give energy. With M = L^T P L and y = L^-T J^T, an impulse along one row changes the speed along
-another by y' P^-1 y; the velocities follow from the sum of impulses times y.
+like that of a mass D on a spring and a damper, which only pushes. J, D, B and K are those of the start of the step; r
+follows the displacement since then. Limits of one tree answer each other and are found together, by Gauss-Seidel
+sweeps: those of each by itself would add up to too much, and give energy. With M = L^T P L and y = L^-T J^T, an impulse
+along one row changes the speed along another by y' P^-1 y; the velocities follow from the sum of impulses times y.
 
 `LIMIT.force` acts in all accelerations: f at the start of the step, or in the middle of a step of a flight. In substeps
 a limit gives, with the contacts, the impulse by which f differs from it; in implicit steps Newton's method solves for f
@@ -77,11 +76,11 @@ def find(t, change, time, ahead, kicks):
             gained = limit.gained + answer(t, i, z) - limit.mobility * limit.given
             if kicks and limit.pushes == 0:
                 gained = min(limit.speed + gained, 0.0) - min(limit.speed, 0.0)
-            due = least = time * (limit.least - limit.force)
+            due = least = -time * limit.force
             if limit.reached != 0:
                 mass = limit.mass + ahead * (limit.resistance + 0.5 * ahead * limit.stiffness)
                 due = (limit.push - mass * (gained + time * limit.rest)) / (1.0 + mass * limit.mobility)
-                due = min(max(due, least), time * (limit.most - limit.force))
+                due = max(due, least)
             more, limit.given, y = due - limit.given, due, row_of(t, t.answers, i)
             changed += 1 if abs(more) > SETTLED * abs(due + time * limit.force) else 0
             for k in range(limit.end if more != 0.0 else 0):
@@ -95,7 +94,7 @@ def find(t, change, time, ahead, kicks):
     for i in range(t.limited):
         limit = limit_at(t.limits, i)
         if kicks:
-            limit.pushes = 1 if limit.given > -time * limit.force or limit.least < 0.0 else 0
+            limit.pushes = 1 if limit.given > -time * limit.force else 0
         else:
             limit.force += limit.given
 
@@ -112,7 +111,7 @@ def resist(t, force, x, rate):
         limit, row = limit_at(t.limits, i), row_of(t, t.rows, i)
         r, gained = limit.gap + along(t, i, u), along(t, i, a) - rate * along(t, i, x)
         due = -limit.stiffness * r - limit.resistance * along(t, i, v) - limit.mass * gained if r < 0.0 else 0.0
-        limit.given = min(max(due, limit.least), limit.most) - limit.force
+        limit.given = max(due, 0.0) - limit.force
         for k in range(limit.first, limit.end):
             force[k] += row[k] * limit.given
 
@@ -121,7 +120,7 @@ def add_slopes(t, stage, out):
     """Add what limits that push resist by in a stage [s] of an implicit step to the matrix."""
     for i in range(t.limited):
         limit, row = limit_at(t.limits, i), row_of(t, t.rows, i)
-        if limit.least < limit.given + limit.force < limit.most:
+        if limit.given > -limit.force:
             mass = limit.mass + stage * (limit.resistance + stage * limit.stiffness)
             for k in range(limit.first, limit.end):
                 for j in range(limit.first, limit.end):
