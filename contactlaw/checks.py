@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 LARGEST = float(np.finfo(float).max)
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(inf|nan)", re.IGNORECASE)  # a number in XML
 NUMBERS = "iufO"  # NumPy kinds that may hold real numbers; objects: Decimal and other types
 
 
@@ -32,6 +33,13 @@ def number(name: str, value: Any, allowed: str, *, low: float, high: float, open
     if not (low <= result <= high) or (open_low and result == low):
         raise ValueError(f"{name} = {value!r}: must be {allowed}")
     return result
+
+
+def number_in(name: str, text: str, other: str = "") -> float:
+    """Return the number that a text is; other: what else may be given, for the message."""
+    if not NUMBER.fullmatch(text.strip()):
+        raise ValueError(f"{name} = {text!r}: must be a number{other}")
+    return float(text)
 
 
 positive = partial(number, allowed="finite and > 0", low=0.0, high=LARGEST, open_low=True)

@@ -8,7 +8,6 @@ contact evaluates its friction again as it slides. In Python a curve is called l
 subclass `OverSpeed` as a frozen dataclass of numbers, or tuples of numbers, with a `name` and a method `values`.
 """
 
-import re
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
@@ -19,7 +18,6 @@ from numpy.typing import ArrayLike, NDArray
 from contactlaw import checks
 
 Array = NDArray[np.float64]
-NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(inf|nan)", re.IGNORECASE)  # a number in XML
 
 
 @dataclass(frozen=True)
@@ -207,14 +205,7 @@ def read(name: str, text: str) -> float | OverSpeed:
     """
     if "".join(text.split()[:1]) in KNOWN:
         return checks.named(name, text, KNOWN)
-    return number(name, text, f", or one of {', '.join(KNOWN)} with its fields")
-
-
-def number(name: str, text: str, other: str = "") -> float:
-    """Return the number that a text is; other: what else may be given, for the message."""
-    if not NUMBER.fullmatch(text.strip()):
-        raise ValueError(f"{name} = {text!r}: must be a number{other}")
-    return float(text)
+    return checks.number_in(name, text, f", or one of {', '.join(KNOWN)} with its fields")
 
 
 def numbers_of(restitution: float | OverSpeed, friction: float | OverSpeed) -> Array | None:

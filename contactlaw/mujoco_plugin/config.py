@@ -111,7 +111,7 @@ def _bits(key: str, text: str) -> tuple[tuple[int, int], ...]:
 
 def _material(key: str, text: str) -> Material:
     words = text.split()
-    if len(words) != 2 or not all(losses.NUMBER.fullmatch(word) for word in words):
+    if len(words) != 2 or not all(checks.NUMBER.fullmatch(word) for word in words):
         return material_of(key, text, "'E nu' in SI units")
     try:
         return Material(float(words[0]), float(words[1]))
@@ -121,9 +121,9 @@ def _material(key: str, text: str) -> Material:
 
 SIDES = {"geom1": _text, "geom2": _text}
 REQUIRED = {"material1": _material, "material2": _material, "friction": _friction}
-OF_PAIR = {"restitution": losses.read, "radius": losses.number, "law": _text, "stiffness_ratio": losses.number,
-           "rolling_resistance": losses.number}  # fmt: skip
-OF_CONTACT = {"substeps": _count, "crowd_substeps": _count, "rounding": losses.number, "native": _bits,
+OF_PAIR = {"restitution": losses.read, "radius": checks.number_in, "law": _text, "stiffness_ratio": checks.number_in,
+           "rolling_resistance": checks.number_in}  # fmt: skip
+OF_CONTACT = {"substeps": _count, "crowd_substeps": _count, "rounding": checks.number_in, "native": _bits,
               "overlaps": _text, "name": _text}  # fmt: skip
 KEYS: dict[str, Callable[[str, str], Any]] = SIDES | REQUIRED | OF_PAIR | OF_CONTACT
 """Configuration keys of the plugin; geom1, geom2, material1, material2 and friction are required.
