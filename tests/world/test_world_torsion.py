@@ -208,3 +208,62 @@ def test_friction_of_what_slides_and_spins_begins_with_the_impact() -> None:
         return world.velocity[ball]
 
     assert after(0.02) == pytest.approx(after(0.5), abs=1e-5)
+
+
+def creep_of(load: float, friction: float, force: float) -> float:
+    """Slide of a contact that spins, over omega a: F/(mu P) = 3 pi/32 (4 s - s^3)."""
+    share = np.roots([-1.0, 0.0, 4.0, -32.0 / (3.0 * pi) * force / (friction * load)])
+    return float(min(share[(share.imag == 0.0) & (share.real > 0.0)].real))
+
+
+SOFT = Material(3e9, 0.35)
+
+
+@pytest.mark.parametrize("timestep", [5e-4, 1e-3, 2e-3, 1e-2])
+def test_balls_of_a_thrust_bearing_creep_outwards_as_friction_says(timestep: float) -> None:
+    """Three balls run round between a floor and a disc that turns; in long steps one by one, in substeps.
+
+    The floor holds the spin of a ball, and the disc slides about the normal. Their forces turn the ball's momentum and
+    the axis that it rolls about: 0.7 of the centripetal force comes from the disc, which so slides outwards over it.
+    """
+    rate, ring, load, pair = 20.0, 0.05, 10.0, ContactPair(SOFT, SOFT, friction=0.3, restitution=0.5)
+    world = World(timestep=timestep)
+    floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    depth = static_overlap(pair, load / 3.0, RADIUS)
+    heavy = load / GRAVITY * 0.06**2
+    high = 2.0 * (RADIUS - depth) + 0.01
+    disc = world.add_body(load / GRAVITY, (heavy / 4.0, heavy / 4.0, heavy / 2.0), (0, 0, high), spin=(0, 0, rate))
+    balls = []
+    for angle in 2.0 * pi / 3.0 * np.arange(3):
+        out, way = np.array([np.cos(angle), np.sin(angle), 0.0]), np.array([-np.sin(angle), np.cos(angle), 0.0])
+        velocity, spin = 0.5 * rate * ring * way, -0.5 * rate * ring / (RADIUS - depth) * out
+        body = world.add_body(MASS, INERTIA, ring * out + [0, 0, RADIUS - depth], velocity, spin=spin)
+        balls.append(world.add_sphere(body, RADIUS))
+    world.add_contact(balls, [floor, world.add_cylinder(disc, 0.07, 0.01)], pair)
+    world.step(round(0.1 / timestep))
+    start = np.hypot(*world.position[1:, :2].T)
+    world.step(round(0.2 / timestep))
+    turning, inward = world.spin[disc, 2], 0.7 * MASS * (0.5 * world.spin[disc, 2]) ** 2 * start.mean()
+    expected = 0.5 * creep_of(load / 3.0, 0.3, inward) * turning * sqrt(RADIUS * depth)
+    assert (np.hypot(*world.position[1:, :2].T) - start) / 0.2 == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize("timestep", [5e-4, 1e-3, 2e-3])
+def test_a_ball_on_a_turntable_creeps_as_friction_says(timestep: float) -> None:
+    """It runs round a circle at 2/7 of the table's rate, without resistance but for spin: F = 2/7 m Omega v."""
+    rate, speed, pair = 10.0, 0.3, ContactPair(SOFT, SOFT, friction=0.5, restitution=0.5)
+    world, circle = World(timestep=timestep), 3.5 * speed / rate
+    table = world.add_plane(world.add_body(np.inf, 1.0, spin=(0.0, 0.0, rate)), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    depth = static_overlap(pair, MASS * GRAVITY, RADIUS)
+    spin = (0.1 * rate - speed) / (RADIUS - depth)
+    ball = world.add_body(MASS, INERTIA, (0.1, 0.0, RADIUS - depth), (0.0, speed, 0.0), spin=(spin, 0.0, 0.0))
+    world.add_contact(world.add_sphere(ball, RADIUS), table, pair)
+    world.step(round(0.3 / timestep))
+    for _ in range(4):
+        world.step()
+        place, up = world.position[ball], np.array([0.0, 0.0, 1.0])
+        slip = world.velocity[ball] - np.cross(world.spin[ball], RADIUS * up) - np.cross(rate * up, place)
+        out = (place - [0.1 - circle, 0.0, 0.0]) * [1.0, 1.0, 0.0]
+        share = creep_of(MASS * GRAVITY, 0.5, 2.0 / 7.0 * MASS * rate * speed)
+        expected = share * (rate - world.spin[ball, 2]) * sqrt(RADIUS * depth)
+        assert slip @ out / np.hypot(*out[:2]) == pytest.approx(expected, rel=0.05)

@@ -121,9 +121,9 @@ def motion_of(w, bodies, pairs):
     One stage: it has a tree, whose velocities have not followed forces as two stages need it (`TREE.followed`), no
     contact slides as a whole by more than its springs yield, and no body turns: the load of what is carried round has
     the direction of a stage's end, and one stage would take some (omega h)^2 of its energy. It slides steadily if it
-    has no tree, no contact moves along its normal, nor do its bodies (after an implicit step, a contact knows the mean
-    speed in that step only), and all closed contacts slide so, against friction: one that begins to slip may have the
-    slopes of sticking. They are those of balls and corners: on others a contact runs along with tilt.
+    has no tree, no contact moves along its normal, nor do its bodies (after an implicit step, a contact knows its mean
+    speed alone), and all closed contacts slide so, against friction, without spin (or it depends on rates): one that
+    begins to slip may have the slopes of sticking. They are those of balls and corners: others run along with tilt.
     """
     jointed, twice = False, False
     for i in range(bodies):
@@ -140,7 +140,7 @@ def motion_of(w, bodies, pairs):
             steady = force.is_quasi_static(c, 1.0) and force.is_slow(c, speed, 1.0)
             way = w.step * norm(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)))
             slipping = force.slips_fully(c.touch) and way > force.slide_to_slip(c.touch)
-            runs = shape_at(w.shapes, c.shape_a).kind >= SEGMENT
+            runs = shape_at(w.shapes, c.shape_a).kind >= SEGMENT or c.torsion.span != 0.0
             slides = slides and steady and slipping and c.touch.friction != 0.0 and not runs
             turn = w.step * max(norm(load(a.spin)), norm(load(b.spin)))
             twice = twice or turn > LEAST_TURN or slipping

@@ -131,9 +131,8 @@ def evaluate_contact(w, r, span, again):
     evaluated since it was saved. An open pair that overlaps there is closed. Returns whether the contact has moved by
     more than its tolerance since the last iteration, and the residual [m/s] of such a motion.
 
-    In the first of two stages the overlap is that of the start plus what its present rate adds, not that at the bodies'
-    places: there a stiff contact would hold V along the chord of a curved path. A ball that rolls in a bowl would lose
-    (omega h)^2 of its energy in a step, omega the rate at which its normal turns; so it loses some (omega h)^4.
+    In the first of two stages a contact moves by b times its present rates, not to where its bodies are: stiff, it
+    would hold V along the chord of a curved path. A ball in a bowl would lose (omega h)^2 of its energy in a step.
     """
     stage, time = span
     p = near_at(w.near, r.near)
@@ -162,6 +161,7 @@ def evaluate_contact(w, r, span, again):
     r.closing = t.closing = -dot(u, n)
     if time < w.step and r.fresh == 0:
         t.overlap = t.before + stage * t.closing
+        store(c.moved, scale(stage, slide))
     rounding = ROUNDING * (rounding_scale(n, a) + rounding_scale(n, b))
     if t.overlap <= 0.0:  # opened by this iteration, so not converged unless it hardly moves
         t.force, t.f, t.g = 0.0, 0.0, 0.0
