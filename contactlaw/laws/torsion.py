@@ -46,7 +46,7 @@ from math import copysign, pi, sqrt
 import numpy as np
 
 from contactlaw.jit import jit_inline, jit_module, jit_of_sums
-from contactlaw.laws.record import SLIDING, SPRUNG, VECTOR, ask_energy, record
+from contactlaw.laws.record import LASTING, SLIDING, SPRUNG, VECTOR, ask_energy, record
 from contactlaw.laws.slip import span_of
 from contactlaw.laws.step import ask
 
@@ -84,9 +84,8 @@ def advance(state, contact, pair, law, memory, moved, turned, dt):
     """Update force and moment of a contact that slides and spins; return the friction that is left for the moment.
 
     state: `TORSION`. contact: with the normal forces of this step. pair, law, memory, dt: as for `record.ask_force`.
-    moved: displacement du, dv [m] and rotation [rad] of A relative to B over this step; turned: rotation that the rings
-    have not followed yet, this step's included, and overlap [m] where it began. The limits are those of the motion in
-    one step: a slide of one step beside the rotation of several would be too slow for its friction.
+    moved: displacement du, dv [m] and rotation [rad] of A relative to B over this step, which gives the limits; turned:
+    rotation that the rings have not followed yet, this step's included, and overlap [m] where it began.
     """
     angle, since = turned
     left = limits(state, contact, *moved)
@@ -213,8 +212,9 @@ def limits(state, contact, du, dv, angle):
         f, m, outside = nearest(force, moment)
         if outside:
             return max(f, LEAST), m / FULL
-    # the law initialises its springs by the present friction when the contact sticks
-    return contact.friction / contact.mu if contact.state == SLIDING else 1.0, 1.0
+    # unless it knows the limit of its slide, a law initialises its springs by the present friction when it sticks
+    keeps = contact.state == SLIDING and not (contact.course == LASTING and contact.slid_limit > 0.0)
+    return contact.friction / contact.mu if keeps else 1.0, 1.0
 
 
 @jit_of_sums
