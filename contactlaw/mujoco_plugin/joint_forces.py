@@ -6,10 +6,10 @@ lasts. So do springs of joints, and servos, actuators whose force falls with the
 tendons only under Runge-Kutta. As a tendon turns, its force changes in ways that J does not tell, so that otherwise
 `follow_tendons` lets velocities follow it.
 
-Limits of joints and tendons act in the world as in the engine, see `trees.limits`. If their forces were held constant,
-they would go on against a joint that a contact has turned back within the step, and would yield to an impact on a joint
-at its stop. Dry friction is constant: as rows of this kind it made a hand's grasp cost twice as much. Limits that may
-be reached within the step, of which the engine has no row yet, are there too.
+Limits and dry friction of joints and tendons act in the world as in the engine, see `trees.limits`. If their forces
+were held constant, they would go on against a joint that a contact has turned back within the step, and would yield to
+an impact on a joint at its stop. Limits that may be reached within the step, of which the engine has no row yet, are
+there too.
 
 Equality constraints (welds, connects, joints) are soft too: the force along row J is D (a_ref - J a), with a_ref = -B J
 v - K I r. Within the step they act as in the engine. With
@@ -42,11 +42,12 @@ from contactlaw.world.trees.kinematics import displace, vector
 from contactlaw.world.trees.limits import find
 from contactlaw.world.trees.mobility import clear, copy
 
+ALWAYS = -1e3  # [m] or [rad], distance of dry friction
 FOLLOWS = 10.0  # steps in which a damped servo moves to where it pulls; those that take longer are no springs
 
 
 def read_limits(head, j, t):
-    """Read the active limits of a tree; a: its accelerations at the start of the step, but for contacts.
+    """Read active limits and friction of a tree; a: its accelerations at the start of the step, but for contacts.
 
     The engine's forces of limits answer to contacts, under Runge-Kutta to those of a whole step. The forces without
     contacts are found from these.
@@ -58,14 +59,17 @@ def read_limits(head, j, t):
         gather(head, places_in(head, last_state(head))[0], j.q, q)
         displace(t, moved)
         copy(vector(t.start, t.q_size), q)
-    for i in range(d.ne + d.nf, d.ne + d.nf + d.nl):
+    for i in range(d.ne, d.ne + d.nf + d.nl):
         read_constraint(head, j, t, i, False)
         if add_limit(t, 0, n, doubles_at(d.efc_pos)[i] - doubles_at(d.efc_margin)[i]):
             limit, reference = limit_at(t.limits, t.limited - 1), floats(d.efc_KBIP, 4 * i, 3)
             slopes = slopes_ahead(doubles_at(d.efc_D)[i], reference[1], reference[0] * reference[2], ahead)
             limit.mass, limit.resistance, limit.stiffness = slopes
             limit.force = doubles_at(d.efc_force)[i]
-            limit.pushes = 1 if limit.force > 0.0 else 0
+            if i < d.ne + d.nf:  # without stiffness
+                limit.gap, limit.most = ALWAYS, doubles_at(d.efc_frictionloss)[i]
+                limit.least = -limit.most
+            limit.pushes = 1 if limit.force > 0.0 and limit.least == 0.0 else 0
             for k in range(limit.first, limit.end):
                 f[k] -= limit.force * vector(t.x, n)[k]
     if t.limited > 0:
@@ -90,7 +94,7 @@ def add_limit(t, first, end, gap):
         gap -= x[k] * moved[k]
     limit = limit_at(t.limits, t.limited)
     limit.first, limit.end, limit.gap, limit.mobility = first, end, gap, 0.0
-    limit.force, limit.pushes = 0.0, 0
+    limit.force, limit.least, limit.most, limit.pushes = 0.0, 0.0, inf, 0
     t.limited += 1
     return True
 

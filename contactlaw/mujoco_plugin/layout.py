@@ -54,7 +54,7 @@ DATA = structure("mjData")[[
     "geom_xpos", "geom_xmat", "xipos", "site_xpos", "site_xmat", "efc_pos", "efc_margin",
     "efc_KBIP", "efc_D", "efc_force", "ne", "nf", "nl", "nefc", "nJ", "efc_J", "efc_J_rownnz", "efc_J_rowadr",
     "efc_J_colind", "actuator_force", "actuator_moment", "moment_rownnz", "moment_rowadr", "moment_colind",
-    "ten_length", "ten_J",
+    "efc_frictionloss", "ten_length", "ten_J",
 ]]  # fmt: skip
 """The fields of mjData that compiled code uses; `MODEL`: those of mjModel."""
 MODEL = structure("mjModel")[[

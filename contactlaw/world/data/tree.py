@@ -32,7 +32,7 @@ TREE = record(
     pending="u8", kicked="i8",  # (v_size,), generalised impulses not yet applied to v; 1: there are some
     kick_v="u8",  # (v_size,), change of v by impulses since its last drift
     factor="u8",  # (v_size, v_size), see `trees.dynamics`
-    # soft limits that act in this step; their rows J, (.., v_size); L^-T J^T, see `limits.answer`
+    # soft limits and dry friction that act in this step; their rows J, (.., v_size); L^-T J^T, see `limits.answer`
     limits="u8", limited="i8", rows="u8", answers="u8",
     room="u8",  # q_size + 3 v_size, scratch
     start="u8",  # q_size + v_size, coordinates and velocities at the start of the step
@@ -96,14 +96,14 @@ LIMIT = record(
     first="i8", end="i8",  # velocities that its row has entries of
     gap="f8",  # [m] or [rad] distance at the start of the step, negative beyond the limit
     mass="f8", resistance="f8", stiffness="f8",  # slopes of its force with acceleration, velocity and distance
-    force="f8",  # [N] or [N m] in all accelerations
+    force="f8", least="f8", most="f8",  # [N] or [N m] in all accelerations; bounds of the force
     # scratch of `limits.find`: impulse beyond that of `force`; that without changes of the speed; 1: beyond the limit
     given="f8", push="f8", reached="i8",
     speed="f8", gained="f8", rest="f8",  # and what is gained of it by contacts or in all, and by accelerations
-    pushes="i8",  # 1: it has pushed in the last substep
+    pushes="i8",  # 1: it has pushed in the last substep; dry friction: contacts have kicked its tree in this step
     mobility="f8",  # speed by a unit impulse; 0: not known, nor is its row of `TREE.answers`
 )  # fmt: skip
-"""A soft limit of a joint or tendon, see `trees.limits`."""
+"""A soft limit or the dry friction of a joint or tendon, see `trees.limits`."""
 
 
 def numbers_of(tree: Any) -> dict[str, int]:

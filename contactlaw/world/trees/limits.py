@@ -1,14 +1,18 @@
-"""Limits of joints and tendons: soft, as in MuJoCo.
+"""Limits of joints and tendons, and their dry friction: soft, as in MuJoCo.
 
 A limit is a row J and a distance r, negative beyond it, that changes at the rate J v. Its force along J is (MuJoCo
 documentation, Computation, "Constraint model")
 
     f = D (a_ref - J a)        a_ref = -B J v - K r        0 <= f
 
-like that of a mass D on a spring and a damper, which only pushes. J, D, B and K are those of the start of the step; r
-follows the displacement since then. Limits of one tree answer each other and are found together, by Gauss-Seidel
-sweeps: those of each by itself would add up to too much, and give energy. With M = L^T P L and y = L^-T J^T, an impulse
-along one row changes the speed along another by y' P^-1 y; the velocities follow from the sum of impulses times y.
+like that of a mass D on a spring and a damper, which only pushes. Dry friction (`frictionloss`) is such a row too, with
+K = 0 and |f| at most the friction. J, D, B and K are those of the start of the step; r follows the displacement since
+then. Rows of one tree answer each other and are found together, by Gauss-Seidel sweeps: those of each by itself would
+add up to too much, and give energy. With M = L^T P L and y = L^-T J^T, an impulse along one row changes the speed along
+another by y' P^-1 y; the velocities follow from the sum of impulses times y.
+
+Dry friction keeps the engine's force until contacts kick the tree in substeps. In implicit steps it is constant: a
+damper lets what a hand holds creep, so that it would never sleep.
 
 `LIMIT.force` acts in all accelerations: f at the start of the step, or in the middle of a step of a flight. In substeps
 a limit gives, with the contacts, the impulse by which f differs from it; in implicit steps Newton's method solves for f
@@ -21,6 +25,7 @@ from contactlaw.world.data.access import axis_at, limit_at
 from contactlaw.world.trees.dynamics import row_of, solve_ld, solve_lt
 from contactlaw.world.trees.kinematics import displace, vector
 
+HELD = -1  # value of `LIMIT.reached`: dry friction of a tree that no contact has kicked in this step
 SWEEPS, SETTLED = 100, 1e-3  # at most; share of its impulse by which a row may be off after the last
 
 
@@ -63,7 +68,9 @@ def find(t, change, time, ahead, kicks):
         r = limit.gap + along(t, i, z) + ahead * own
         limit.speed, limit.push = own, time * (-limit.stiffness * r - limit.resistance * own - limit.force)
         limit.reached, limit.given = 1 if r < 0.0 else 0, 0.0
-        if r < 0.0 or limit.force != 0.0:
+        if limit.least < 0.0 and limit.pushes == 0 and not kicks:
+            limit.reached = HELD
+        elif r < 0.0 or limit.force != 0.0:
             limit.gained, active = along(t, i, change), active + 1
     for k in range(n):
         z[k] = 0.0
@@ -71,16 +78,16 @@ def find(t, change, time, ahead, kicks):
         changed = 0
         for i in range(t.limited):
             limit = limit_at(t.limits, i)
-            if limit.reached == 0 and limit.force == 0.0:
+            if limit.reached == HELD or (limit.reached == 0 and limit.force == 0.0):
                 continue
             gained = limit.gained + answer(t, i, z) - limit.mobility * limit.given
-            if kicks and limit.pushes == 0:
+            if kicks and limit.pushes == 0 and limit.least == 0.0:
                 gained = min(limit.speed + gained, 0.0) - min(limit.speed, 0.0)
-            due = least = -time * limit.force
+            due = least = time * (limit.least - limit.force)
             if limit.reached != 0:
                 mass = limit.mass + ahead * (limit.resistance + 0.5 * ahead * limit.stiffness)
                 due = (limit.push - mass * (gained + time * limit.rest)) / (1.0 + mass * limit.mobility)
-                due = max(due, least)
+                due = min(max(due, least), time * (limit.most - limit.force))
             more, limit.given, y = due - limit.given, due, row_of(t, t.answers, i)
             changed += 1 if abs(more) > SETTLED * abs(due + time * limit.force) else 0
             for k in range(limit.end if more != 0.0 else 0):
@@ -94,7 +101,7 @@ def find(t, change, time, ahead, kicks):
     for i in range(t.limited):
         limit = limit_at(t.limits, i)
         if kicks:
-            limit.pushes = 1 if limit.given > -time * limit.force else 0
+            limit.pushes = 1 if limit.given > -time * limit.force or limit.least < 0.0 else 0
         else:
             limit.force += limit.given
 
@@ -111,7 +118,7 @@ def resist(t, force, x, rate):
         limit, row = limit_at(t.limits, i), row_of(t, t.rows, i)
         r, gained = limit.gap + along(t, i, u), along(t, i, a) - rate * along(t, i, x)
         due = -limit.stiffness * r - limit.resistance * along(t, i, v) - limit.mass * gained if r < 0.0 else 0.0
-        limit.given = max(due, 0.0) - limit.force
+        limit.given = max(due, 0.0) - limit.force if limit.least == 0.0 else 0.0
         for k in range(limit.first, limit.end):
             force[k] += row[k] * limit.given
 
@@ -120,7 +127,7 @@ def add_slopes(t, stage, out):
     """Add what limits that push resist by in a stage [s] of an implicit step to the matrix."""
     for i in range(t.limited):
         limit, row = limit_at(t.limits, i), row_of(t, t.rows, i)
-        if limit.given > -limit.force:
+        if limit.least == 0.0 and limit.given > -limit.force:
             mass = limit.mass + stage * (limit.resistance + stage * limit.stiffness)
             for k in range(limit.first, limit.end):
                 for j in range(limit.first, limit.end):
