@@ -1,8 +1,15 @@
-"""Contacts that coast: from when on they may."""
+"""Contacts that coast: from when on they may, and what they leave in the ledgers."""
 
+import numpy as np
+import pytest
+
+from contactlaw import MATERIALS, ContactPair
 from contactlaw.jit import jit
+from contactlaw.world import World
 from contactlaw.world.contacts.coasting import has_model
 from contactlaw.world.data.access import near_at
+from contactlaw.world.data.records import FREE
+from contactlaw.world.readout import ledger, mean_impulses
 from sims.heap import poured
 from sims.scene import NONE, Settings
 
@@ -28,3 +35,40 @@ def test_a_contact_coasts_only_from_what_its_law_knows() -> None:
     assert able_to_coast(world) > 50
     arrays.contacts["coasted_from"] = 1e-9
     assert able_to_coast(world) == 0
+
+
+def accounted(world: World) -> float:
+    """Kinetic and potential energy, and what contacts have taken by their ledgers [J]."""
+    arrays, energy = world.arrays, world.energy
+    sums = [ledger(arrays.pairs, arrays.contacts, number) for number in range(arrays.pairs.size)]
+    return energy.kinetic + energy.potential + sum(one.normal_work + one.tangential_work for one in sums)
+
+
+@pytest.mark.parametrize("timestep", [2e-4, 1e-3])
+def test_the_work_of_a_lid_is_what_a_pack_gains_or_loses(timestep: float) -> None:
+    """The ledgers of 36 balls that are pressed together close to 1e-3 of it; without coasting to 5e-5."""
+    glass, rng, speed = MATERIALS["glass"], np.random.default_rng(0), 0.05
+    pair, radius, width = ContactPair(glass, glass, friction=0.3, restitution=0.5), 2e-3, 13.5e-3
+    world, shapes = World(timestep=timestep), []
+    for i in range(36):
+        size, place = radius * rng.uniform(0.9, 1.1), np.array([4.5e-3 * (i % 3) + 2.25e-3, 0.0, 0.0])
+        place[1:] = 4.5e-3 * (i // 3 % 3) + 2.25e-3, 1.3 * radius + 2.3 * radius * (i // 9)
+        mass = 2500.0 * 4.0 / 3.0 * np.pi * size**3
+        body = world.add_body(mass, 0.4 * mass * size**2, place + 0.03 * radius * rng.normal(size=3))
+        shapes.append(world.add_sphere(body, size))
+    corners = [((0.0, 0.0, 0.0), axis) for axis in np.eye(3)] + [((width, width, 0.0), -axis) for axis in np.eye(3)[:2]]
+    lid = world.add_body(np.inf, 1.0, (0.0, 0.0, 1.0))
+    walls = [world.add_plane(None, *corner) for corner in corners]
+    walls.append(world.add_plane(lid, (0.0, 0.0, 0.0), (0.0, 0.0, -1.0)))
+    world.add_contact(shapes, [*shapes, *walls], pair)
+    world.step(round(0.1 / timestep))
+    top = world.position[:lid, 2].max() + 1.1 * radius
+    world.place(lid, position=(0.0, 0.0, top), velocity=(0.0, 0.0, -speed))
+    before, work = accounted(world), 0.0
+    for _ in range(round(0.6 * radius / speed / timestep)):
+        world.step()
+        rows = world.arrays.contacts[world.arrays.contacts["phase"] != FREE]
+        up = mean_impulses(world.arrays.bodies, rows, timestep)[:, 2]
+        work += speed * (up[rows["body_a"] == lid + 1].sum() - up[rows["body_b"] == lid + 1].sum())
+    assert work > 1e-4
+    assert accounted(world) - before == pytest.approx(work, rel=1e-3)

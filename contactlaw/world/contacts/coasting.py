@@ -1,11 +1,11 @@
 """Coasting: a cheap model of contacts that hardly change from substep to substep, without their laws and shapes.
 
-In a heap most contacts carry a nearly constant load. While such a contact coasts, normal, arms and tangential stiffness
-are held. Its overlap x changes by the bodies' motion along the normal, P = k x^1.5 plus the damper. Tangentially it is
+While a contact coasts, arms and tangential stiffness are held, and P = k x^1.5 plus the damper. As balls turn about
+each other, the normal follows by the first term of the series and the overlap x by the second: work and stored energy
+agree. Where both ignored the turning, a pack that was pressed lost 1 % of the work on it. Tangentially the contact is
 one spring of Mindlin's stiffness 2 G* a, which begins with the present force and slips at mu P. Afterwards the law is
 advanced by the whole displacement at once. The spring is never softer than the law: in loading it takes no less energy
-than the law stores, in unloading it gives back no more. Each contact coasts as long as it is in the range in which
-this holds.
+than the law stores, in unloading it gives back no more. Each contact coasts as long as this holds.
 """
 
 from math import sqrt
@@ -39,9 +39,9 @@ TORSION_PHASE = 0.3  # [rad] of a torsional oscillation for which its moment may
 
 
 def start_coasting(w, pairs, coasting, h):
-    """Let contacts of an island coast that hardly change, in substeps of h [s]; return how many coast now.
+    """Let contacts of an island coast that hardly change: of `pairs` in its list, which they leave; return how many do.
 
-    Their pairs leave the island's list. pairs, coasting: how many are in the list, and coast already.
+    coasting: how many coast already. h: length of substeps [s].
     """
     left = 0
     for i in range(pairs):
@@ -83,10 +83,7 @@ def steady_time(c, a, b):
 
 
 def turning_time(c, a, b):
-    """Return the time [s] in which turning of the normal changes the overlap by the share TURNING.
-
-    A displacement x of the centres across the normal changes the overlap by x^2/2 over the sum of arms.
-    """
+    """Return the time [s] in which turning of the normal changes the overlap by the share TURNING, see `tilting`."""
     n, velocity = load(c.normal), sub(load(a.velocity), load(b.velocity))
     across = norm(axpy(-dot(velocity, n), n, velocity))
     return sqrt(2.0 * TURNING * c.touch.overlap * (norm(load(c.arm_a)) + norm(load(c.arm_b)))) / max(across, 1e-300)
@@ -106,7 +103,7 @@ def is_round(b):
 
 
 def begin_coasting(w, k, r, h, longest):
-    """Set the model r of the contact of pair k, in substeps of h [s]. longest: `r.longest` unless quasi-static."""
+    """Set the model r of pair k's contact, in substeps of h [s]; longest: `r.longest` unless quasi-static."""
     p = near_at(w.near, k)
     c = contact_at(w.contacts, p.slot)
     t, n, e = c.touch, load(c.normal), load(c.tangent)
@@ -117,6 +114,7 @@ def begin_coasting(w, k, r, h, longest):
     a.touched, b.touched = 1, 1
     store(r.normal, n)
     r.radius_a, r.radius_b = -dot(load(c.arm_a), n), dot(load(c.arm_b), n)
+    r.tilting = 1.0 / (r.radius_a + r.radius_b) if a.inverse_mass * b.inverse_mass > 0.0 else 0.0
     store(r.start, place_of(r, a, b))
     r.start_a, r.start_b = dot(load(a.pending_turn), n), dot(load(b.pending_turn), n)
     r.first = r.overlap = t.overlap
@@ -155,18 +153,18 @@ def place_of(r, a, b):
 def advance_coasting(w, pairs, coasting, span, may_coast):
     """Advance coasting contacts by the last substep and kick their bodies; return how many coast on.
 
-    Those that leave the range of the model stop, and their pairs are added to the island's list: the next substep
-    advances their laws by the whole displacement. pairs, coasting: how many are in the list, and coast. span: lengths
-    [s] of the last substep and of the next. may_coast: False: all stop.
+    Those that leave the range of the model, or all unless `may_coast`, join the island's list of `pairs` again, and the
+    next substep advances their laws by the whole displacement. span: lengths [s] of the last substep and of the next.
     """
     h, next_h = span
     rate, time, i = 1.0 / h, 0.5 * (h + next_h), 0
     while i < coasting:
         r = coasting_at(w.coasting, i)
         a, b, n = body_at(r.body_a, 0), body_at(r.body_b, 0), load(r.normal)
-        moved = sub(place_of(r, a, b), load(r.start))
-        deeper = -dot(moved, n)
-        slide, overlap = axpy(deeper, n, moved), r.first + deeper
+        moved, apart = sub(place_of(r, a, b), load(r.start)), sub(load(a.position), load(b.position))
+        deeper, across = -dot(moved, n), axpy(-dot(apart, n), n, apart)
+        tilt = scale(r.tilting, across)
+        slide, overlap = axpy(deeper, n, moved), r.first + deeper - 0.5 * dot(tilt, across)
         gained, slid = overlap - r.overlap, sub(slide, load(r.slide))
         closing = rate * gained
         force = r.stiffness * overlap * sqrt(max(overlap, 0.0)) + r.damping * (1.5 * closing - 0.5 * r.closing)
@@ -182,7 +180,7 @@ def advance_coasting(w, pairs, coasting, span, may_coast):
         store(r.slide, slide)
         store(r.pull, pull)
         r.time += h
-        impulse = scale(time, axpy(force, n, scale(-1.0, pull)))
+        impulse = scale(time, axpy(force, add(n, tilt), scale(-1.0, pull)))
         store(r.impulse, add(load(r.impulse), impulse))
         turning, moment = scale(time, cross(n, pull)), scale(time * r.moment, n)
         kick(a, impulse, axpy(r.radius_a, turning, scale(-1.0, moment)))
@@ -208,6 +206,9 @@ def end_coasting(w, r):
     store(c.coasted, (dot(load(r.slide), e), dot(load(r.slide), cross(n, e)), turn_a - turn_b))
     turn_frame(c, n, 0.5 * (turn_a + turn_b))
     t.overlap, t.closing, c.neighbours, p.active = r.overlap, r.closing, UNKNOWN, 1
+    t.force, t.elastic = r.force, r.stiffness * r.overlap * sqrt(max(r.overlap, 0.0))
+    c.coasted_f, c.coasted_g, e = t.f, t.g, load(c.tangent)
+    t.f, t.g = dot(load(r.pull), e), dot(load(r.pull), cross(n, e))
     store(c.impulse, add(load(c.impulse), load(r.impulse)))
     c.normal_work += r.normal_work
     c.friction_work += r.friction_work - r.moment * (turn_a - turn_b)

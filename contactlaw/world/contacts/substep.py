@@ -58,8 +58,7 @@ def jump_of(c, overlap, normals, moved, way):
 def measure(w, c, a, b):
     """Update overlap, frame, arms and displacement of a contact after its bodies have moved.
 
-    Callers loop over all contacts before they call `advance`: in one loop, contacts would wait for the square roots and
-    divisions of the law of the contact before.
+    Callers do so with all contacts before they `advance` one: each would wait for the divisions of the law before it.
     """
     overlap, n, arm_a, arm_b = meet_closed(w, c, a, b)
     t, old = c.touch, load(c.normal)
@@ -119,6 +118,7 @@ def advance(w, c, slot, span):
     total = moved
     if c.coasted_from > 0.0:
         total, t.before, c.coasted_from = add(moved, load(c.coasted)), c.coasted_from, 0.0
+        t.f, t.g = c.coasted_f, c.coasted_g
     others = leapfrog.closing_by_others(c, a, b)
     side_by_side = max(max(a.pressing if a.still == 0 else 1, b.pressing if b.still == 0 else 1), 1)  # dampers
     weight = leapfrog.damper_weight(c, a, b, side_by_side) if t.zeta > 0.0 and side_by_side > 1 else 1.0
@@ -153,8 +153,7 @@ def advance(w, c, slot, span):
 def add_work(c, share, gained, moved):
     """Add the work of a share of a contact's force and moments on the bodies to its ledger.
 
-    gained: increase of the overlap [m]. moved: displacement along both tangents [m], and rotation about the normal
-    [rad].
+    gained: increase of the overlap [m]. moved: as `CONTACT.moved` [m, m, rad].
     """
     t = c.touch
     du, dv, angle = moved

@@ -162,8 +162,8 @@ CONTACT = record(
     spring="f8",  # force [N] of its spring where its bodies are
     # rotation about the normal [rad] not yet given to the torsion; overlap [m] when it began, zero: none is pending
     pending_twist="f8", twist_overlap="f8",
-    # displacement, as `moved`, while it coasted, not yet given to its law; overlap [m] when that began, zero: none
-    coasted=VECTOR, coasted_from="f8",
+    # displacement, as `moved`, while it coasted, not yet given to its law; overlap [m], zero: none, and friction [N] as
+    coasted=VECTOR, coasted_from="f8", coasted_f="f8", coasted_g="f8",  # that began
     interval="f8",  # [s] length of the last substep
     first_substep="f8",  # [s] of a damped impact of two bodies alone, see `pace.longest_substep`; 0: not known
     initial_overlap="f8",  # [m] overlap that counts as none, as found at first contact, see `touch.begin_contact`
@@ -193,10 +193,10 @@ ROW = record(
 COASTING = record(
     near="i8", body_a="u8", body_b="u8",  # its pair; addresses of its bodies
     pace="f8",  # longest substep [s], see `pace.longest_substep`
-    normal=VECTOR, radius_a="f8", radius_b="f8",  # lengths of the arms [m]
+    normal=VECTOR, radius_a="f8", radius_b="f8",  # at the start; lengths of the arms [m]
+    tilting="f8",  # change of the normal of two free balls with what their centres move across it [1/m]
     start=VECTOR, start_a="f8", start_b="f8",  # see `coasting.place_of`; angles about the normal [rad]; at the start
-    slide=VECTOR,  # tangential displacement of A over B since the start [m]
-    impulse=VECTOR,  # [N s] on A
+    slide=VECTOR, impulse=VECTOR,  # tangential displacement of A over B since the start [m]; on A [N s]
     first="f8", overlap="f8", closing="f8",  # at the start and now [m], [m/s]
     stiffness="f8", damping="f8", share="f8",  # k of Hertz; damping [N s/m]; 1/(1 + damping h/(2 m))
     spring="f8", drag="f8", friction="f8",  # tangential: [N/m], [N s/m], coefficient
