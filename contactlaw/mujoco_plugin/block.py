@@ -45,7 +45,7 @@ HEAD = record(
     ranges="u8", range_count="i8", height_ranges="i8", watched="u8",
     mocaps="u8", trees="u8", springs="u8",
     # doubles of the instance in plugin_state; where in them the state of the world begins; with tendons nv before that
-    # are the forces of springs, see `change_of_tendons`
+    # are the forces of springs and servos, see `change_of_pulls`
     size="i8", row="i8",
     tree_stage="u8", tree_force="u8",  # addresses of `trees.serve` and `trees.press`
     report="u8", address="u8",  # addresses of the function for reports, and of this record

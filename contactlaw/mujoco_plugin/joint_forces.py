@@ -3,8 +3,8 @@
 A spring of stiffness k along a row J adds J^T k J to the stiffness K, by which forces fall with the displacement since
 the start of a step: held from there, they would give (k/m) h^2/2 of the energy in each step of h [s] of a contact that
 lasts. So do springs of joints, and servos, actuators whose force falls with the length of what they move; springs of
-tendons only under Runge-Kutta. As a tendon turns, its force changes in ways that J does not tell, so that otherwise
-`follow_tendons` lets velocities follow it.
+tendons only under Runge-Kutta. As a tendon turns, its force changes in ways that J does not tell: otherwise velocities
+follow what changes by more than K says from step to step, see `follow_pulls`.
 
 Limits and dry friction of joints and tendons act in the world as in the engine, see `trees.limits`. If their forces
 were held constant, they would go on against a joint that a contact has turned back within the step, and would yield to
@@ -34,8 +34,8 @@ from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import entries, entry, floats, gather, last_state, places_in, spring_at
 from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.world.data.access import axis_at, limit_at
-from contactlaw.world.data.quaternion import conjugate, load4, product, rotation_vector
-from contactlaw.world.data.tree import BALL, FREE_JOINT, SLIDE, SPARE_LIMITS
+from contactlaw.world.data.quaternion import load4, rotation_vector
+from contactlaw.world.data.tree import BALL, SPARE_LIMITS
 from contactlaw.world.data.vec import norm, scale, store
 from contactlaw.world.trees.dynamics import add_square, pull, row_of, solve
 from contactlaw.world.trees.kinematics import displace, vector
@@ -43,14 +43,14 @@ from contactlaw.world.trees.limits import find
 from contactlaw.world.trees.mobility import clear, copy
 
 ALWAYS = -1e3  # [m] or [rad], distance of dry friction
+EXACT = 1e-9  # relative difference of a force from its limit that counts as rounding
 FOLLOWS = 10.0  # steps in which a damped servo moves to where it pulls; those that take longer are no springs
 
 
 def read_limits(head, j, t):
     """Read active limits and friction of a tree; a: its accelerations at the start of the step, but for contacts.
 
-    The engine's forces of limits answer to contacts, under Runge-Kutta to those of a whole step. The forces without
-    contacts are found from these.
+    The engine's forces of limits answer to contacts; those without are found from these.
     """
     d, n, ahead = data_at(head.data, 0), t.v_size, steps_ahead(head)
     f, moved, q = vector(t.f, n), vector(t.room, n), vector(t.q, t.q_size)
@@ -188,7 +188,7 @@ def read_springs(head, j, t):
             continue
         force = doubles_at(d.actuator_force)[s.row]
         stiffness = -doubles_at(m.actuator_biasprm)[layout.BIAS * s.servo + 1]
-        if force == 0.0 or not stiffness > 0.0 or at_limit(force, floats(m.actuator_forcerange, 2 * s.servo, 2)):
+        if force == 0.0 or not stiffness > 0.0 or is_limited(m, s, force):
             continue
         read_arms(head, j, t, s)
         moves = False
@@ -210,8 +210,16 @@ def read_springs(head, j, t):
 
 
 def at_limit(force, ends):
-    """Return whether a force is at an end of its range; a range without width is none."""
-    return ends[0] < ends[1] and not ends[0] < force < ends[1]
+    """Return whether a force is at an end of its range, but for rounding; a range without width is none."""
+    return ends[0] < ends[1] and not ends[0] < (1.0 + EXACT) * force < ends[1]
+
+
+def is_limited(m, s, force):
+    """Return whether the force of a servo is at an end of its range, or that of its tendon."""
+    ends = floats(m.actuator_forcerange, 2 * s.servo, 2)
+    if entry(m.actuator_trntype, s.servo) == layout.TENDON and not at_limit(force, ends):
+        ends = floats(m.tendon_actfrcrange, 2 * entry(m.actuator_trnid, 2 * s.servo), 2)
+    return at_limit(force, ends)
 
 
 def along_row(t, address):
@@ -242,43 +250,42 @@ def read_tendon_row(head, j, t, tendon, factored):
 read_tendon = jit(read_tendon_row if layout.TENDON_ROWS else lambda head, j, t, tendon, factored: clear(vector(t.x, 1)))
 
 
-def change_of_tendons(head, j, t):
-    """Return by how much the force of tendons' springs on a tree has changed since the last step, and keep the new one.
-
-    Springs of its joints are left out, as they change within the step.
-    """
+def change_of_pulls(head, j, t):
+    """Return by how much forces of springs and tendons' servos, but for damping, differ from those kept; keep them."""
     m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
-    change, kept = vector(t.x, n), floats(d.plugin_state, head.state + head.row - head.nv, head.nv)
-    on = m.opt.disableflags & layout.NO_SPRING == 0
+    change, x = vector(t.room, n), vector(t.x, n)
+    kept = floats(d.plugin_state, head.state + head.row - head.nv, head.nv)
+    gather(head, d.qfrc_spring, j.v, change)
+    for i in range(j.first_spring, j.first_spring + j.spring_count):
+        s = spring_at(head.springs, i)
+        if s.servo >= 0 and entry(m.actuator_trntype, s.servo) == layout.TENDON:
+            read_arms(head, j, t, s)
+            force, slopes = doubles_at(d.actuator_force)[s.row], floats(m.actuator_biasprm, layout.BIAS * s.servo, 3)
+            force -= 0.0 if is_limited(m, s, force) else slopes[2] * doubles_at(d.actuator_velocity)[s.row]
+            for k in range(n):
+                change[k] += force * x[k]
     for k in range(n):
         place = whole_at(head.places, j.v + k)
-        force, stiffness = doubles_at(d.qfrc_spring)[place], doubles_at(m.jnt_stiffness)[entry(m.dof_jntid, place)]
-        if on and stiffness != 0.0:
-            force += stiffness * displacement(head, place)
-        change[k] = force - kept[place]
+        force, change[k] = change[k], change[k] - kept[place]
         kept[place] = force
     return change
 
 
-def displacement(head, place):
-    """Return the displacement [m or rad] of a joint's spring along a velocity, of slide and hinge from coordinate 0."""
-    m = model_at(head.model, 0)
-    joint = entry(m.dof_jntid, place)
-    q, i, kind = entry(m.jnt_qposadr, joint), place - entry(m.jnt_dofadr, joint), entry(m.jnt_type, joint)
-    if kind >= SLIDE or (kind == FREE_JOINT and i < 3):
-        return doubles_at(head.start)[1 + q + i]
-    if kind == FREE_JOINT:
-        q, i = q + 3, i - 3
-    rest, turn = load4(floats(m.qpos_spring, q, 4)), load4(floats(head.start, 1 + q, 4))
-    return rotation_vector(product(conjugate(rest), turn))[i]
+def leave_pulls(head, j, t):
+    """Add to the forces that are kept by how much K has changed them within the step."""
+    x = vector(t.x, t.v_size)
+    kept = floats(data_at(head.data, 0).plugin_state, head.state + head.row - head.nv, head.nv)
+    clear(x)
+    pull(t, 1.0, x, vector(t.room, t.v_size))
+    for k in range(t.v_size):
+        kept[whole_at(head.places, j.v + k)] += x[k]
 
 
-def follow_tendons(head, t, change):
+def follow_pulls(head, t, change):
     """Let a tree have half a step of a change of forces; its mass matrix and damping are those of the start.
 
-    So springs of tendons act by their mean over the step (velocity Verlet): in bounces without loss they give
-    omega^2 h^2/3 of the energy; forces held from the start would give omega^2 h^2/2 of it in each step. An implicit
-    step of one stage would give none, and lose all of this.
+    So springs of tendons act by their mean over the step (velocity Verlet): bounces without loss gain omega^2 h^2/3 of
+    the energy each, steps by the forces of their start omega^2 h^2/2. An implicit step of one stage would lose all.
     """
     v = vector(t.v, t.v_size)
     solve(t, change)

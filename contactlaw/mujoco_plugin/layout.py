@@ -54,15 +54,15 @@ DATA = structure("mjData")[[
     "geom_xpos", "geom_xmat", "xipos", "site_xpos", "site_xmat", "efc_pos", "efc_margin",
     "efc_KBIP", "efc_D", "efc_force", "ne", "nf", "nl", "nefc", "nJ", "efc_J", "efc_J_rownnz", "efc_J_rowadr",
     "efc_J_colind", "actuator_force", "actuator_moment", "moment_rownnz", "moment_rowadr", "moment_colind",
-    "efc_frictionloss", "ten_length", "ten_J",
+    "actuator_velocity", "efc_frictionloss", "ten_length", "ten_J",
 ]]  # fmt: skip
 """The fields of mjData that compiled code uses; `MODEL`: those of mjModel."""
 MODEL = structure("mjModel")[[
     "ntendon", "opt", "geom_bodyid", "D_rowadr", "D_diag", "jnt_type", "jnt_dofadr", "jnt_qposadr", "jnt_range",
     "jnt_limited", "jnt_margin", "jnt_solref", "jnt_solimp", "jnt_stiffness", "dof_jntid", "dof_invweight0",
-    "site_type", "site_size", "actuator_biasprm", "actuator_forcerange", "jnt_actfrcrange", "tendon_stiffness",
-    "tendon_lengthspring", "tendon_limited", "tendon_range", "tendon_margin", "tendon_solref_lim", "tendon_solimp_lim",
-    "tendon_invweight0", "qpos_spring", *TENDON_ROWS,
+    "site_type", "site_size", "actuator_biasprm", "actuator_forcerange", "actuator_trntype", "actuator_trnid",
+    "jnt_actfrcrange", "tendon_actfrcrange", "tendon_stiffness", "tendon_lengthspring", "tendon_limited",
+    "tendon_range", "tendon_margin", "tendon_solref_lim", "tendon_solimp_lim", "tendon_invweight0", *TENDON_ROWS,
 ]]  # fmt: skip
 data_at: Any = element(DATA)
 model_at: Any = element(MODEL)
@@ -76,6 +76,7 @@ REF_UNSAFE = int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
 NO_SPRING = int(mujoco.mjtDisableBit.mjDSBL_SPRING)
 NO_PASSIVE = NO_SPRING | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
 """With both flags set, MuJoCo computes no passive forces and does not call the plugin's compute."""
+TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
 DISCRETE = int(getattr(mujoco.mjtIntegrator, "mjINT_DISCRETE", -1))  # from 3.13
 IMPLICITFAST = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
 LOSES_SPIN = (3, 7) <= tuple(int(part) for part in mujoco.__version__.split(".")[:2]) <= (3, 10)

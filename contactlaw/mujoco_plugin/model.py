@@ -22,6 +22,7 @@ from contactlaw.world.data.demand import STEP, supply
 from contactlaw.world.data.frames import IDENTITY, UNTURNED, Pose
 from contactlaw.world.data.kinds import EDGE
 from contactlaw.world.data.records import Arrays
+from contactlaw.world.data.tree import FREE_JOINT
 from contactlaw.world.near.sets import systems_of
 from contactlaw.world.state import size as state_size
 from contactlaw.world.trees.tree_records import TreeRecords
@@ -33,9 +34,12 @@ LASTING = {"sphere": 4, "ellipsoid": 4, "capsule": 4, "box": 8, "cylinder": 8, "
 _EQ, _TRN, _WRAP = mujoco.mjtEq, mujoco.mjtTrn, mujoco.mjtWrap
 EQUALITIES = {_EQ.mjEQ_JOINT: "joint", _EQ.mjEQ_TENDON: "tendon", _EQ.mjEQ_CONNECT: "body", _EQ.mjEQ_WELD: "body"}
 TRANSMISSIONS = {_TRN.mjTRN_JOINT: "joint", _TRN.mjTRN_JOINTINPARENT: "joint", _TRN.mjTRN_TENDON: "tendon"}
+TRANSMISSIONS |= {_TRN.mjTRN_SITE: "site", _TRN.mjTRN_SLIDERCRANK: "site"}
+SITE, JOINTS = int(_TRN.mjTRN_SITE), [int(kind) for kind, what in TRANSMISSIONS.items() if what == "joint"]
 WRAPS = {_WRAP.mjWRAP_JOINT: "joint", _WRAP.mjWRAP_SITE: "site"}
 WRAPS |= dict.fromkeys((_WRAP.mjWRAP_SPHERE, _WRAP.mjWRAP_CYLINDER), "geom")
 """What equality constraints, actuators and tendons act on, by MuJoCo's numbers."""
+GAS = 10.0, 1e-4  # greatest density [kg/m^3] and viscosity [Pa s] of what drags no free body within a step
 LASTING_ON_BOXES = 24  # of a box on another: four corners of each, and at each corner four pairs of edges that cross
 
 
@@ -101,7 +105,7 @@ class Model:
         rooms |= {geom: LASTING_ON_BOXES for geom in boxes if not edged.isdisjoint(self._shapes[geom])}
         room = min(a.contacts.size, sum(rooms.values()))
         # which trees equalities join is not known yet while the model is compiled, nor which bodies are in the world
-        bodies = max(a.bodies.size, self._m.nbody) if self._m.eq_type.size else a.bodies.size
+        bodies = max(a.bodies.size, self._m.nbody + 1) if self._m.eq_type.size else a.bodies.size
         return self._row + state_size(max(room, 1), a.memory.shape[1], bodies, a.pairs.size)
 
     @property
@@ -213,18 +217,21 @@ class Model:
     def _free(self) -> NDArray[np.bool_]:
         """Which bodies move by a free joint alone.
 
-        A free body has mass, no armature or damping, no equality constraint, no tendon that is a spring or has inertia,
-        and no child with mass or joints.
+        A free body has mass, no armature or damping, no child with mass or joints, and no equality constraint, tendon,
+        or actuator whose force follows its motion: forces on it are constant within a step.
         """
         m, tree = self._m, self._m.body_treeid
         massive = np.bincount(tree[(m.body_mass > 0.0) & (tree >= 0)], minlength=m.ntree)
         alone = (massive == 1) & (np.bincount(m.dof_treeid, minlength=m.ntree) == 6)
         free = (m.body_mass > 0.0) & (m.body_jntnum > 0)
-        free[free] = alone[tree[free]] & (m.jnt_type[m.body_jntadr[free]] == int(mujoco.mjtJoint.mjJNT_FREE))
+        if m.opt["density"] > GAS[0] or m.opt["viscosity"] > GAS[1]:  # drag is felt within a step
+            free[:] = False
+        free[free] = alone[tree[free]] & (m.jnt_type[m.body_jntadr[free]] == FREE_JOINT)
         dofs = m.body_dofadr[free][:, None] + np.arange(6)
         free[free] = ~((m.dof_armature[dofs] != 0.0) | (m.dof_damping[dofs] != 0.0)).any(1)
-        pulled = (sorted(self._velocities("tendon", one)) for one in self._taut)
-        for held in [*self._held, *pulled]:
+        pulled = [self._velocities("tendon", one) for one in range(m.ntendon)]
+        pulled += map(self._driven, np.flatnonzero(m.actuator_gaintype | m.actuator_biastype))  # 0: of a motor
+        for held in [*self._held, *map(sorted, pulled)]:
             free[self._roots[m.dof_bodyid[held]]] = False
         return free
 
@@ -239,24 +246,28 @@ class Model:
         return out
 
     @cached_property
-    def _taut(self) -> list[int]:
-        """The tendons that are springs or have inertia."""
-        return np.flatnonzero((self._m.tendon_stiffness != 0.0) | (self._m.tendon_armature != 0.0)).tolist()
-
-    @cached_property
     def _springs(self) -> dict[tuple[int, int, int, float], list[int]]:
-        """The velocities of each `block.SPRING`, of its tendon, or of its actuator's joint or tendon; by its fields."""
+        """The velocities of each `block.SPRING`, of its tendon or actuator; by its fields."""
         m = self._m
-        tendons = self._taut if layout.TENDON_ROWS else []
+        taut = (m.tendon_stiffness != 0.0) | (m.tendon_armature != 0.0) if layout.TENDON_ROWS else ()
+        tendons = np.flatnonzero(taut).tolist()
         out = {(one, 1, -1, float(m.tendon_armature[one])): self._velocities("tendon", one) for one in tendons}
         rows = getattr(m, "actuator_outadr", range(len(m.actuator_biastype)))
         inertia = getattr(m, "actuator_armature", np.zeros(len(rows)))  # from 3.7
-        servos = m.actuator_biastype == int(mujoco.mjtBias.mjBIAS_AFFINE)
+        kinds, (first, second) = m.actuator_trntype, m.actuator_trnid.T
+        joint = np.where(np.isin(kinds, JOINTS), first, -1)
+        # free joints have no length, nor sites that refer to no other
+        lengthless = np.append(m.jnt_type == FREE_JOINT, False)[joint] | (kinds == SITE) & (second < 0)
+        servos = (m.actuator_biastype == int(mujoco.mjtBias.mjBIAS_AFFINE)) & ~lengthless
         for actuator in np.flatnonzero(servos | (inertia != 0.0)).tolist():
-            what = TRANSMISSIONS.get(_TRN(int(m.actuator_trntype[actuator])), "")
             own = int(rows[actuator]), 0, actuator if servos[actuator] else -1, float(inertia[actuator])
-            out[own] = self._velocities(what, int(m.actuator_trnid[actuator, 0]))
+            out[own] = self._driven(actuator)
         return {spring: sorted(own) for spring, own in out.items() if own}
+
+    def _driven(self, actuator: int) -> set[int]:
+        """Return the velocities that an actuator may act on."""
+        what = TRANSMISSIONS.get(_TRN(int(self._m.actuator_trntype[actuator])), "")
+        return {v for one in self._m.actuator_trnid[actuator].tolist() if one >= 0 for v in self._velocities(what, one)}
 
     def _velocities(self, what: str, one: int) -> set[int]:
         """Return the velocities that move a "joint", "body", "site" or "geom", or may change a "tendon" in length."""

@@ -201,9 +201,9 @@ def read_tree(head, j, t):
     a = accelerations(head, j, t, velocities, head.step_size) if leads or follows else vector(t.a, n)
     gather(head, velocities, j.v, v)
     if tendons:
-        change = joint_forces.change_of_tendons(head, j, t)
+        change = joint_forces.change_of_pulls(head, j, t)
         if follows:
-            joint_forces.follow_tendons(head, t, change)
+            joint_forces.follow_pulls(head, t, change)
     for i in range(n if leads else 0):
         v[i] += head.lag * a[i]  # the velocities at the time of the coordinates
     leave_placed(t)
@@ -234,6 +234,8 @@ def write_tree(head, j, t):
     if not (touched or asleep):
         return
     d, v = data_at(head.data, 0), vector(t.v, n)
+    if model_at(head.model, 0).ntendon != 0:
+        joint_forces.leave_pulls(head, j, t)
     scatter(head, vector(t.q, t.q_size), j.q, d.qpos)
     if asleep:
         clear(v)

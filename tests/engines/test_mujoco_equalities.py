@@ -5,7 +5,7 @@ import pytest
 from mujoco_scenes import DISCRETE, mujoco
 
 from contactlaw import MATERIALS, ContactPair, ContactWarning
-from contactlaw.mujoco_plugin import load_model
+from contactlaw.mujoco_plugin import contacts_of, load_model
 
 RUBBER = ContactPair(MATERIALS["rubber"], MATERIALS["rubber"], 0.3, 0.8)
 SPEED, BALL = 0.5, 2.0
@@ -180,3 +180,17 @@ def test_a_balance_that_connects_close_moves_as_freely_as_rigid_joints(timeconst
     mujoco.mj_step(model, data, 300)
     moved = 2.0 + more + 0.4 + 2.0 * 0.1 / 3.0 * (1.0 + (0.005 / arm) ** 2)  # masses, and both beams at their ends
     assert data.joint("beam").qvel[0] * arm == pytest.approx(-0.3 * more * 9.81 / moved, rel=0.01)
+
+
+def test_what_has_no_contacts_of_the_law_may_be_joined_to_what_has():
+    """All bodies of the model are then in the world, and its own row: there was no room for that. They stand still."""
+    model = load_model(
+        f"""<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/><body name="foot" pos="0 0 .02">{FREE}
+        <geom name="foot" size=".02" mass=".5"/></body><body name="load" pos="0 0 .05">{FREE}
+        <geom size=".005" mass=".3" {UNSEEN}/></body></worldbody>
+        <equality><weld body1="foot" body2="load"/></equality></mujoco>""",
+        [("foot", "floor", RUBBER)],
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 1000)
+    assert contacts_of(model, data)[0].normal_force == pytest.approx(0.8 * 9.81, rel=1e-6)
