@@ -165,7 +165,7 @@ def slopes_ahead(weight, damping, stiffness, ahead):
 
 
 def read_springs(head, j, t):
-    """Read springs and servos, and set f to the force at the start of the step: Runge-Kutta leaves that of its end.
+    """Read springs, servos and their inertia, and set f to the force at the step's start: Runge-Kutta leaves its end's.
 
     A servo whose force, or that on its joint, is at its limit or zero is none: no position moves it, or it is disabled.
     Nor is one so damped that it takes FOLLOWS steps to where it pulls.
@@ -178,6 +178,9 @@ def read_springs(head, j, t):
         springs[k, k] += doubles_at(m.jnt_stiffness)[joint]
     for i in range(j.first_spring, j.first_spring + j.spring_count):
         s = spring_at(head.springs, i)
+        if s.armature > 0.0:
+            read_arms(head, j, t, s)
+            add_square(t, t.e, s.armature)
         if s.tendon != 0 and head.lag == 0.0 and on:
             length, slack = doubles_at(d.ten_length)[s.row], floats(m.tendon_lengthspring, 2 * s.row, 2)
             stiffness = doubles_at(m.tendon_stiffness)[s.row]
@@ -310,15 +313,6 @@ def read_equalities(head, j, t):
             f[k] += push * row[k]
         add_square(t, t.e, weight)
         add_square(t, t.d, damping + spring)
-
-
-def read_armatures(head, j, t):
-    """Add the inertia of tendons, and of actuators at their joints and tendons, to E."""
-    for i in range(j.first_spring, j.first_spring + j.spring_count):
-        s = spring_at(head.springs, i)
-        if s.armature > 0.0:
-            read_arms(head, j, t, s)
-            add_square(t, t.e, s.armature)
 
 
 def read_constraint(head, j, t, i, factored):

@@ -230,7 +230,7 @@ class Model:
         dofs = m.body_dofadr[free][:, None] + np.arange(6)
         free[free] = ~((m.dof_armature[dofs] != 0.0) | (m.dof_damping[dofs] != 0.0)).any(1)
         pulled = [self._velocities("tendon", one) for one in range(m.ntendon)]
-        pulled += map(self._driven, np.flatnonzero(m.actuator_gaintype | m.actuator_biastype))  # 0: of a motor
+        pulled += map(self._driven, np.flatnonzero(m.actuator_gaintype | m.actuator_biastype).tolist())  # 0: of a motor
         for held in [*self._held, *map(sorted, pulled)]:
             free[self._roots[m.dof_bodyid[held]]] = False
         return free

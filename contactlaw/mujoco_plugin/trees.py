@@ -177,7 +177,6 @@ def read_tree(head, j, t):
             entries, carrier = entries - 1, axis_at(t.axes, carrier).carrier
     clear(v)
     joint_forces.read_equalities(head, j, t)
-    joint_forces.read_armatures(head, j, t)
     joint_forces.read_springs(head, j, t)
     t.stale, t.span, rows = 1, head.step_size, d.nf + d.nl
     asleep = body_at(t.bodies, 0).asleep != 0
