@@ -43,7 +43,7 @@ from contactlaw.world.trees.limits import find
 from contactlaw.world.trees.mobility import clear, copy
 
 ALWAYS = -1e3  # [m] or [rad], distance of dry friction
-EXACT = 1e-9  # relative difference of a force from its limit that counts as rounding
+EXACT = 1e-9  # relative difference of forces that counts as rounding
 FOLLOWS = 10.0  # steps in which a damped servo moves to where it pulls; those that take longer are no springs
 
 
@@ -269,8 +269,8 @@ def change_of_pulls(head, j, t):
                 change[k] += force * x[k]
     for k in range(n):
         place = whole_at(head.places, j.v + k)
-        force, change[k] = change[k], change[k] - kept[place]
-        kept[place] = force
+        force, more = change[k], change[k] - kept[place]
+        change[k], kept[place] = more if abs(more) > EXACT * abs(force) else 0.0, force
     return change
 
 
