@@ -137,3 +137,24 @@ def test_a_ball_on_an_arm_that_yields_at_its_stop_sinks_alike_at_any_step(stop):
             angles[-1].append(data.qpos[0])
     assert 0.05 < max(angles[0]) < 0.09
     assert np.abs(np.array(angles) - angles[0]).max() < 2e-3
+
+
+def test_what_sleeps_on_joints_with_dry_friction_is_struck_as_if_it_were_awake():
+    """Where it sleeps, its forces are those that contacts balance."""
+    pair, after = steel_pair(friction=0.3, restitution=0.6), []
+    for nudge in (0.0, 1e-6):
+        model = load_model(
+            """<mujoco><worldbody><geom name="floor" type="plane" size="5 5 1"/><body pos="0 0 .02">
+            <joint type="slide" axis="1 0 0" frictionloss=".5"/><joint type="slide" axis="0 0 1" frictionloss=".1"/>
+            <geom name="foot" size=".02" mass=".2"/></body><body pos="-1 0 .02"><freejoint/>
+            <geom name="ball" size=".02" mass=".1"/></body></worldbody></mujoco>""",
+            [("foot", "floor", pair), ("ball", "floor", pair), ("ball", "foot", pair)],
+        )
+        data = mujoco.MjData(model)
+        mujoco.mj_step(model, data, 500)
+        assert not data.qvel.any()
+        data.qvel[0], data.qpos[2], data.qvel[2:] = nudge, -0.05, (1.0, 0.0, 0.0, 0.0, 50.0, 0.0)
+        mujoco.mj_step(model, data, 20)
+        after.append(data.qvel.copy())
+    assert after[0][0] > 0.3
+    assert after[0] == pytest.approx(after[1], abs=1e-5)
