@@ -67,9 +67,8 @@ def read_limits(head, j, t):
             limit.mass, limit.resistance, limit.stiffness = slopes
             limit.force = doubles_at(d.efc_force)[i]
             if i < d.ne + d.nf:  # without stiffness
-                limit.gap, limit.most = ALWAYS, doubles_at(d.efc_frictionloss)[i]
-                limit.least = -limit.most
-            limit.pushes = 1 if limit.force > 0.0 and limit.least == 0.0 else 0
+                limit.gap, limit.friction = ALWAYS, doubles_at(d.efc_frictionloss)[i]
+            limit.pushes = 1 if limit.force > 0.0 and limit.friction == 0.0 else 0
             for k in range(limit.first, limit.end):
                 f[k] -= limit.force * vector(t.x, n)[k]
     if t.limited > 0:
@@ -94,7 +93,7 @@ def add_limit(t, first, end, gap):
         gap -= x[k] * moved[k]
     limit = limit_at(t.limits, t.limited)
     limit.first, limit.end, limit.gap, limit.mobility = first, end, gap, 0.0
-    limit.force, limit.least, limit.most, limit.pushes = 0.0, 0.0, inf, 0
+    limit.force, limit.friction, limit.pushes = 0.0, 0.0, 0
     t.limited += 1
     return True
 
@@ -253,11 +252,15 @@ def read_tendon_row(head, j, t, tendon, factored):
 read_tendon = jit(read_tendon_row if layout.TENDON_ROWS else lambda head, j, t, tendon, factored: clear(vector(t.x, 1)))
 
 
+def kept_pulls(head):
+    """Return the forces that are kept, shape (nv,), in the state."""
+    return floats(data_at(head.data, 0).plugin_state, head.state + head.row - head.nv, head.nv)
+
+
 def change_of_pulls(head, j, t):
     """Return by how much forces of springs and tendons' servos, but for damping, differ from those kept; keep them."""
     m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
-    change, x = vector(t.room, n), vector(t.x, n)
-    kept = floats(d.plugin_state, head.state + head.row - head.nv, head.nv)
+    change, x, kept = vector(t.room, n), vector(t.x, n), kept_pulls(head)
     gather(head, d.qfrc_spring, j.v, change)
     for i in range(j.first_spring, j.first_spring + j.spring_count):
         s = spring_at(head.springs, i)
@@ -276,8 +279,7 @@ def change_of_pulls(head, j, t):
 
 def leave_pulls(head, j, t):
     """Add to the forces that are kept by how much K has changed them within the step."""
-    x = vector(t.x, t.v_size)
-    kept = floats(data_at(head.data, 0).plugin_state, head.state + head.row - head.nv, head.nv)
+    x, kept = vector(t.x, t.v_size), kept_pulls(head)
     clear(x)
     pull(t, 1.0, x, vector(t.room, t.v_size))
     for k in range(t.v_size):

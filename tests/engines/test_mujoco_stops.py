@@ -93,7 +93,7 @@ def thrown(joints, stiffness, step, by_hand=False):
     ("", 5.0, 3e-2), ('frictionloss="50" armature="1e-4"', 0.0, 5e-2), ('frictionloss=".1"', 0.0, 5e-3),
 ])  # fmt: skip
 def test_a_leg_lands_under_the_servos_and_the_dry_friction_of_its_joints_at_any_step(joints, stiffness, within):
-    """They held for a step what they pull. Servos: it left 0.9 off at 5 ms; friction that holds the joints: 8 times."""
+    """They held for a step what they pull. At 5 ms velocities were 0.9 off by servos; 8 by friction that holds."""
     due = thrown(joints, stiffness, 1e-5, by_hand=True)
     for step in (5e-3, 2e-3):  # in steps of 0.2 ms such a servo is held
         assert abs(thrown(joints, stiffness, step) - due).max() < within * abs(due).max()

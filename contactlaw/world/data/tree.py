@@ -96,7 +96,7 @@ LIMIT = record(
     first="i8", end="i8",  # velocities that its row has entries of
     gap="f8",  # [m] or [rad] distance at the start of the step, negative beyond the limit
     mass="f8", resistance="f8", stiffness="f8",  # slopes of its force with acceleration, velocity and distance
-    force="f8", least="f8", most="f8",  # [N] or [N m] in all accelerations; bounds of the force
+    force="f8", friction="f8",  # [N] or [N m] in all accelerations; greatest force of dry friction, 0: a limit
     # scratch of `limits.find`: impulse beyond that of `force`; that without changes of the speed; 1: beyond the limit
     given="f8", push="f8", reached="i8",
     speed="f8", gained="f8", rest="f8",  # and what is gained of it by contacts or in all, and by accelerations

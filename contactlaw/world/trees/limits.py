@@ -68,7 +68,7 @@ def find(t, change, time, ahead, kicks):
         r = limit.gap + along(t, i, z) + ahead * own
         limit.speed, limit.push = own, time * (-limit.stiffness * r - limit.resistance * own - limit.force)
         limit.reached, limit.given = 1 if r < 0.0 else 0, 0.0
-        if limit.least < 0.0 and limit.pushes == 0 and not kicks:
+        if limit.friction > 0.0 and limit.pushes == 0 and not kicks:
             limit.reached = HELD
         elif r < 0.0 or limit.force != 0.0:
             limit.gained, active = along(t, i, change), active + 1
@@ -81,13 +81,15 @@ def find(t, change, time, ahead, kicks):
             if limit.reached == HELD or (limit.reached == 0 and limit.force == 0.0):
                 continue
             gained = limit.gained + answer(t, i, z) - limit.mobility * limit.given
-            if kicks and limit.pushes == 0 and limit.least == 0.0:
+            if kicks and limit.pushes == 0 and limit.friction == 0.0:
                 gained = min(limit.speed + gained, 0.0) - min(limit.speed, 0.0)
-            due = least = time * (limit.least - limit.force)
+            due = least = time * (-limit.friction - limit.force)
             if limit.reached != 0:
                 mass = limit.mass + ahead * (limit.resistance + 0.5 * ahead * limit.stiffness)
                 due = (limit.push - mass * (gained + time * limit.rest)) / (1.0 + mass * limit.mobility)
-                due = min(max(due, least), time * (limit.most - limit.force))
+                due = max(due, least)
+                if limit.friction > 0.0:
+                    due = min(due, time * (limit.friction - limit.force))
             more, limit.given, y = due - limit.given, due, row_of(t, t.answers, i)
             changed += 1 if abs(more) > SETTLED * abs(due + time * limit.force) else 0
             for k in range(limit.end if more != 0.0 else 0):
@@ -101,7 +103,7 @@ def find(t, change, time, ahead, kicks):
     for i in range(t.limited):
         limit = limit_at(t.limits, i)
         if kicks:
-            limit.pushes = 1 if limit.given > -time * limit.force or limit.least < 0.0 else 0
+            limit.pushes = 1 if limit.given > -time * limit.force or limit.friction > 0.0 else 0
         else:
             limit.force += limit.given
 
@@ -118,7 +120,7 @@ def resist(t, force, x, rate):
         limit, row = limit_at(t.limits, i), row_of(t, t.rows, i)
         r, gained = limit.gap + along(t, i, u), along(t, i, a) - rate * along(t, i, x)
         due = -limit.stiffness * r - limit.resistance * along(t, i, v) - limit.mass * gained if r < 0.0 else 0.0
-        limit.given = max(due, 0.0) - limit.force if limit.least == 0.0 else 0.0
+        limit.given = max(due, 0.0) - limit.force if limit.friction == 0.0 else 0.0
         for k in range(limit.first, limit.end):
             force[k] += row[k] * limit.given
 
@@ -127,7 +129,7 @@ def add_slopes(t, stage, out):
     """Add what limits that push resist by in a stage [s] of an implicit step to the matrix."""
     for i in range(t.limited):
         limit, row = limit_at(t.limits, i), row_of(t, t.rows, i)
-        if limit.least == 0.0 and limit.given > -limit.force:
+        if limit.friction == 0.0 and limit.given > -limit.force:
             mass = limit.mass + stage * (limit.resistance + stage * limit.stiffness)
             for k in range(limit.first, limit.end):
                 for j in range(limit.first, limit.end):
