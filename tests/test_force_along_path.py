@@ -65,6 +65,7 @@ def work_along(force: np.ndarray, displacement: np.ndarray) -> np.ndarray:
     return np.concatenate([[0.0], np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(displacement))])
 
 
+@pytest.mark.heavy
 @given(OVERLAPS, st.sampled_from([name for name in LAWS if name != "linear_spring"]))
 def test_normal_force_is_that_of_hertz(overlaps: list[float], law: str) -> None:
     pair, approach = pair_with(law), DEEP * np.array(overlaps)
@@ -117,6 +118,7 @@ def test_unloading_and_reloading_follow_masing(turn: float) -> None:
     np.testing.assert_allclose(force[1:] / (MU * float(hertz(pair, DEEP))), loop.force, atol=3e-4)
 
 
+@pytest.mark.heavy
 def test_dissipation_of_a_cycle_follows_mindlin() -> None:
     pair, amplitude = pair_with(Microslip(64)), float(mindlin_loop.first_loading(0.6))
     loop = mindlin_loop.cycle(amplitude, 801)
@@ -177,6 +179,7 @@ def winding_path(seed: int, points: int = 7) -> tuple[np.ndarray, np.ndarray]:
     return rng.uniform(-0.1, 1.0, points), rng.normal(size=(points, 2))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("seed", range(3))
 def test_forces_turn_with_the_frame_in_the_plane(law: str, seed: int) -> None:
@@ -189,6 +192,7 @@ def test_forces_turn_with_the_frame_in_the_plane(law: str, seed: int) -> None:
     np.testing.assert_allclose(turned, force @ turn.T, atol=1e-9 * normal.max())
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("seed", range(3))
 def test_path_along_a_line_is_the_path_in_the_plane_along_x(law: str, seed: int) -> None:
@@ -202,6 +206,7 @@ def test_path_along_a_line_is_the_path_in_the_plane_along_x(law: str, seed: int)
     np.testing.assert_array_equal(mirrored, -line)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("law", [name for name in LAWS if name != "coulomb"])
 @pytest.mark.parametrize("seed", range(4))
 def test_only_the_path_matters_not_its_points(law: str, seed: int) -> None:

@@ -15,6 +15,7 @@ from contactlaw import jit
 
 HEAVY_MODULES = ["mujoco", "pybullet", "matplotlib", "scipy"]
 PACKAGE = Path(contactlaw.__file__).parent
+pytestmark = pytest.mark.heavy
 
 
 def run_python(code: str, root: Path) -> str:
@@ -86,7 +87,6 @@ def test_stamp_changes_with_a_new_or_renamed_source(copy_of_package: Path) -> No
     assert len(stamps) == 3
 
 
-@pytest.mark.heavy
 @pytest.mark.slow
 def test_cached_machine_code_notices_an_edit_in_another_file(copy_of_package: Path) -> None:
     """time_of_phases of normal_motion.py calls phase_point of oscillator.py: twice the y is 2^-0.2 of the time."""

@@ -19,6 +19,7 @@ import pytest
 import contactlaw
 
 ROOT = Path(__file__).parent.parent
+pytestmark = pytest.mark.heavy
 
 
 class Page(HTMLParser):
