@@ -34,8 +34,9 @@ LASTING = {"sphere": 4, "ellipsoid": 4, "capsule": 4, "box": 8, "cylinder": 8, "
 _EQ, _TRN, _WRAP = mujoco.mjtEq, mujoco.mjtTrn, mujoco.mjtWrap
 EQUALITIES = {_EQ.mjEQ_JOINT: "joint", _EQ.mjEQ_TENDON: "tendon", _EQ.mjEQ_CONNECT: "body", _EQ.mjEQ_WELD: "body"}
 TRANSMISSIONS = {_TRN.mjTRN_JOINT: "joint", _TRN.mjTRN_JOINTINPARENT: "joint", _TRN.mjTRN_TENDON: "tendon"}
-TRANSMISSIONS |= {_TRN.mjTRN_SITE: "site", _TRN.mjTRN_SLIDERCRANK: "site"}
 SITE, JOINTS = int(_TRN.mjTRN_SITE), [int(kind) for kind, what in TRANSMISSIONS.items() if what == "joint"]
+TRANSMISSIONS |= {_TRN.mjTRN_SITE: "site", getattr(_TRN, "mjTRN_SO3", None): "joint"}  # with two objects both are sites
+SO3 = int(getattr(mujoco.mjtBias, "mjBIAS_SO3", -1))  # from MuJoCo 3.15
 WRAPS = {_WRAP.mjWRAP_JOINT: "joint", _WRAP.mjWRAP_SITE: "site"}
 WRAPS |= dict.fromkeys((_WRAP.mjWRAP_SPHERE, _WRAP.mjWRAP_CYLINDER), "geom")
 """What equality constraints, actuators and tendons act on, by MuJoCo's numbers."""
@@ -252,22 +253,25 @@ class Model:
         taut = (m.tendon_stiffness != 0.0) | (m.tendon_armature != 0.0) if layout.TENDON_ROWS else ()
         tendons = np.flatnonzero(taut).tolist()
         out = {(one, 1, -1, float(m.tendon_armature[one])): self._velocities("tendon", one) for one in tendons}
-        rows = getattr(m, "actuator_outadr", range(len(m.actuator_biastype)))
-        inertia = getattr(m, "actuator_armature", np.zeros(len(rows)))  # from 3.7
+        count = len(m.actuator_biastype)
+        inertia = getattr(m, "actuator_armature", np.zeros(count))  # from 3.7
         kinds, (first, second) = m.actuator_trntype, m.actuator_trnid.T
         joint = np.where(np.isin(kinds, JOINTS), first, -1)
         # free joints have no length, nor sites that refer to no other
         lengthless = np.append(m.jnt_type == FREE_JOINT, False)[joint] | (kinds == SITE) & (second < 0)
-        servos = (m.actuator_biastype == int(mujoco.mjtBias.mjBIAS_AFFINE)) & ~lengthless
-        for actuator in np.flatnonzero(servos | (inertia != 0.0)).tolist():
-            own = int(rows[actuator]), 0, actuator if servos[actuator] else -1, float(inertia[actuator])
-            out[own] = self._driven(actuator)
+        turns = (m.actuator_biastype == SO3) & (m.actuator_forcelimited == 0)  # whose limit is of three forces together
+        servos = turns | (m.actuator_biastype == int(mujoco.mjtBias.mjBIAS_AFFINE)) & ~lengthless
+        for row, actuator in enumerate(np.repeat(range(count), getattr(m, "actuator_outnum", 1)).tolist()):
+            if servos[actuator] or inertia[actuator] != 0.0:
+                own = row, 0, actuator if servos[actuator] else -1, float(inertia[actuator])
+                out[own] = self._driven(actuator)
         return {spring: sorted(own) for spring, own in out.items() if own}
 
     def _driven(self, actuator: int) -> set[int]:
         """Return the velocities that an actuator may act on."""
-        what = TRANSMISSIONS.get(_TRN(int(self._m.actuator_trntype[actuator])), "")
-        return {v for one in self._m.actuator_trnid[actuator].tolist() if one >= 0 for v in self._velocities(what, one)}
+        kind, ids = _TRN(int(self._m.actuator_trntype[actuator])), self._m.actuator_trnid[actuator].tolist()
+        what = "site" if ids[1] >= 0 else TRANSMISSIONS.get(kind, "")
+        return {v for one in ids if one >= 0 for v in self._velocities(what, one)}
 
     def _velocities(self, what: str, one: int) -> set[int]:
         """Return the velocities that move a "joint", "body", "site" or "geom", or may change a "tendon" in length."""

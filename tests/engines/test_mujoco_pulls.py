@@ -36,6 +36,12 @@ SCENES = {  # option, bodies, what pulls, controls, speed
         "", ARM, LEVER.format('actuatorfrcrange="-3 3"', '<position tendon="t" kp="200" kv="5"/>'), (-0.5,), -4.0
     ),
 }  # fmt: skip
+if hasattr(mujoco.mjtGain, "mjGAIN_SO3"):  # from MuJoCo 3.15
+    TOP = """<body pos="0 0 .0205">{}<inertial pos="0 0 0" mass="1" diaginertia=".003 .003 .004"/>
+        <geom name="foot" size=".02" pos=".1 0 0"/><site name="end"/></body><site name="hook" pos="0 0 .02"/>"""
+    TURNS = '<actuator><general {} gaintype="so3" biastype="so3" gainprm="60" biasprm="0 -60 0"/></actuator>'
+    SCENES["attitude"] = ("", TOP.format("<freejoint/>"), TURNS.format('site="end" refsite="hook"'), (0, 0.1, 0), -2)
+    SCENES["shoulder"] = ("", TOP.format('<joint type="ball" name="j"/>'), TURNS.format('joint="j"'), (0.1, 0.3, 0), 1)
 
 
 def speed_after(model, step, integrator, control, speed):
