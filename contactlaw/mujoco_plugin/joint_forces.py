@@ -38,8 +38,8 @@ from contactlaw.world.data.quaternion import load4, rotation_vector
 from contactlaw.world.data.tree import BALL, SPARE_LIMITS
 from contactlaw.world.data.vec import norm, scale, store
 from contactlaw.world.trees.dynamics import add_square, pull, row_of, solve
-from contactlaw.world.trees.kinematics import displace, vector
-from contactlaw.world.trees.limits import find
+from contactlaw.world.trees.kinematics import displace, is_pressed, vector
+from contactlaw.world.trees.limits import find, sticks
 from contactlaw.world.trees.mobility import clear, copy
 
 ALWAYS = -1e3  # [m] or [rad], distance of dry friction
@@ -66,11 +66,14 @@ def read_limits(head, j, t):
             slopes = slopes_ahead(doubles_at(d.efc_D)[i], reference[1], reference[0] * reference[2], ahead)
             limit.mass, limit.resistance, limit.stiffness = slopes
             limit.force = doubles_at(d.efc_force)[i]
-            if i < d.ne + d.nf:  # without stiffness
-                limit.gap, limit.friction = ALWAYS, doubles_at(d.efc_frictionloss)[i]
-            limit.pushes = 1 if limit.force > 0.0 and limit.friction == 0.0 else 0
             for k in range(limit.first, limit.end):
                 f[k] -= limit.force * vector(t.x, n)[k]
+            if i < d.ne + d.nf:  # without stiffness
+                limit.gap, limit.friction = ALWAYS, doubles_at(d.efc_frictionloss)[i]
+                if is_pressed(t) and sticks(limit):  # without the answer to accelerations, which contacts change
+                    most = limit.friction
+                    limit.force = min(max(-limit.resistance * along_row(t, t.v), -most), most)
+            limit.pushes = 1 if limit.force > 0.0 and limit.friction == 0.0 else 0
     if t.limited > 0:
         find(t, vector(t.a, n), 1.0, 0.0, False)
     foresee_limits(head, j, t)

@@ -11,8 +11,9 @@ then. Rows of one tree answer each other and are found together, by Gauss-Seidel
 add up to too much, and give energy. With M = L^T P L and y = L^-T J^T, an impulse along one row changes the speed along
 another by y' P^-1 y; the velocities follow from the sum of impulses times y.
 
-Dry friction keeps the engine's force until contacts kick the tree in substeps. In implicit steps it is constant: a
-damper lets what a hand holds creep, so that it would never sleep.
+Dry friction keeps the engine's force until contacts kick the tree in substeps, and where it slides in implicit steps
+too. There friction that sticks is such a row, without bounds: between these Newton's method would swing. Constant, it
+would drive a leg that stands, as an engine's forces answer to accelerations that contacts do not let happen.
 
 `LIMIT.force` acts in all accelerations: f at the start of the step, or in the middle of a step of a flight. In substeps
 a limit gives, with the contacts, the impulse by which f differs from it; in implicit steps Newton's method solves for f
@@ -108,6 +109,11 @@ def find(t, change, time, ahead, kicks):
             limit.force += limit.given
 
 
+def sticks(limit):
+    """Return whether dry friction holds its joint."""
+    return abs(limit.force) < limit.friction
+
+
 def resist(t, force, x, rate):
     """Add to `force` by how much limits push more than `LIMIT.force` at the end of a stage of an implicit step.
 
@@ -120,7 +126,8 @@ def resist(t, force, x, rate):
         limit, row = limit_at(t.limits, i), row_of(t, t.rows, i)
         r, gained = limit.gap + along(t, i, u), along(t, i, a) - rate * along(t, i, x)
         due = -limit.stiffness * r - limit.resistance * along(t, i, v) - limit.mass * gained if r < 0.0 else 0.0
-        limit.given = max(due, 0.0) - limit.force if limit.friction == 0.0 else 0.0
+        due = due if sticks(limit) else max(due, 0.0) if limit.friction == 0.0 else limit.force
+        limit.given = due - limit.force
         for k in range(limit.first, limit.end):
             force[k] += row[k] * limit.given
 
@@ -129,7 +136,7 @@ def add_slopes(t, stage, out):
     """Add what limits that push resist by in a stage [s] of an implicit step to the matrix."""
     for i in range(t.limited):
         limit, row = limit_at(t.limits, i), row_of(t, t.rows, i)
-        if limit.friction == 0.0 and limit.given > -limit.force:
+        if sticks(limit) or (limit.friction == 0.0 and limit.given > -limit.force):
             mass = limit.mass + stage * (limit.resistance + stage * limit.stiffness)
             for k in range(limit.first, limit.end):
                 for j in range(limit.first, limit.end):
