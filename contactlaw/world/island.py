@@ -11,6 +11,7 @@ from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.bodies.bounds import time_to_close
 from contactlaw.world.bodies.motion import acceleration_of, closing_at, drift, fly, greatest_closing, settle, turn_rate
 from contactlaw.world.contacts import pace
+from contactlaw.world.contacts.force import TORSION_EVERY
 from contactlaw.world.contacts.leapfrog import clear_push, push_by_coasting
 from contactlaw.world.contacts.substep import TOUCHING, advance, apply_force, measure
 from contactlaw.world.contacts.touch import begin_contact, end_contact
@@ -36,7 +37,6 @@ LEAST_WAY = 0.1  # of the longest way of a surface in a substep, by which anothe
 COAST_EVERY = 2  # substeps between two looks which contacts can coast
 SHORTEST = 1e-6  # of a window, the least substep; of a substep, the least remainder that becomes a substep
 LOST_SPEED = 1e10  # [m/s] of a surface; engines, too, take such a velocity for a fault
-TORSION_EVERY = 8  # substeps between updates of torsion in crowds and trees: it changes a hundred times more slowly
 MAX_ADVANCES = 30  # steps of conservative advancement towards a touch; then substeps take over
 MAX_TURN = 0.02  # [rad] in a substep while nothing is closed: a body that turns past another may graze it in between
 IMMEDIATE = 1e-6  # of the time left of a window: shapes in contact close within it

@@ -11,13 +11,12 @@ than the law stores, in unloading it gives back no more. Each contact coasts as 
 from math import sqrt
 
 from contactlaw.jit import jit_inline, jit_module
-from contactlaw.laws import torsion
 from contactlaw.laws.hertz import damping_of, hertz_stiffness
 from contactlaw.laws.record import LASTING, SPUN
 from contactlaw.laws.slip import stuck_stiffness
 from contactlaw.memory import copy_wholes, set_whole, whole_at
 from contactlaw.world.bodies.motion import kick
-from contactlaw.world.contacts.force import dashpot_of, has_dashpot, is_quasi_static
+from contactlaw.world.contacts.force import TORSION_EVERY, dashpot_of, has_dashpot, is_quasi_static, torsion_time
 from contactlaw.world.contacts.leapfrog import UNKNOWN
 from contactlaw.world.contacts.pace import closing_speed, longest_substep, substeps_per_impact
 from contactlaw.world.contacts.substep import turn_frame
@@ -35,7 +34,6 @@ LEAST, MOST = 0.65, 1.5  # range of the overlap, over that at the start
 TURNING = 0.02  # change of the overlap by turning of the normal, at most: share of the overlap
 FULL = 0.98  # share of mu P from which a friction force counts as the limit
 SIZE = COASTING.itemsize
-TORSION_PHASE = 0.3  # [rad] of a torsional oscillation for which its moment may be held: critically damped, stable to 1
 
 
 def start_coasting(w, pairs, coasting, h):
@@ -61,15 +59,15 @@ def start_coasting(w, pairs, coasting, h):
 
 
 def has_model(w, p):
-    """Return whether a closed contact can coast: it is persistent, without rolling resistance, between round bodies.
+    """Return whether a closed contact can coast: it lasts, without rolling resistance or fast torsion, on round bodies.
 
     Its law must know what it moved while it coasted before: a start in between would lose that.
     """
     c, law = contact_at(w.contacts, p.slot), law_of(w, pair_at(w.pairs, p.pair))
     t = c.touch
-    if t.state == SPUN or t.course != LASTING or t.overlap <= 0.0 or c.coasted_from > 0.0:
+    if t.state == SPUN or t.course != LASTING or t.overlap <= 0.0 or c.coasted_from > 0.0 or t.skew != 0.0:
         return False
-    plain = law.sectors != 0.0 and law.rolling == 0.0 and t.skew == 0.0
+    plain = law.sectors != 0.0 and law.rolling == 0.0 and TORSION_EVERY * c.interval < torsion_time(w, c)
     return plain and is_round(body_at(w.bodies, p.body_a)) and is_round(body_at(w.bodies, p.body_b))
 
 
@@ -130,13 +128,7 @@ def begin_coasting(w, k, r, h, longest):
         sliding = axpy(c.moved[0], e, scale(c.moved[1], side))
         store(r.held, axpy(-r.drag / c.interval, sliding, load(r.pull)))
     r.moment = c.torsion.moment
-    r.longest = longest
-    if is_quasi_static(c, 1.0):
-        r.longest = turning_time(c, a, b)
-        if c.torsion.span > 0.0:
-            twist = torsion.stuck_stiffness(law_of(w, pair_at(w.pairs, c.pair)).g_t, sqrt(t.radius * t.overlap))
-            rate = sqrt(twist * (a.inverse_inertia[0] + b.inverse_inertia[0]))
-            r.longest = min(r.longest, TORSION_PHASE / rate)
+    r.longest = min(turning_time(c, a, b) if is_quasi_static(c, 1.0) else longest, torsion_time(w, c) - 2.0 * h)
     r.furthest = longest_slide(t)
     store(r.slide, ZERO)
     store(r.impulse, ZERO)

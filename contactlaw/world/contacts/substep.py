@@ -117,13 +117,14 @@ def advance(w, c, slot, span):
     opening = t.force == 0.0 and c.interval == 0.0
     total = moved
     if c.coasted_from > 0.0:
-        total, t.before, c.coasted_from = add(moved, load(c.coasted)), c.coasted_from, 0.0
+        total, t.before = add(moved, load(c.coasted)), c.coasted_from
         t.f, t.g = c.coasted_f, c.coasted_g
     others = leapfrog.closing_by_others(c, a, b)
     side_by_side = max(max(a.pressing if a.still == 0 else 1, b.pressing if b.still == 0 else 1), 1)  # dampers
     weight = leapfrog.damper_weight(c, a, b, side_by_side) if t.zeta > 0.0 and side_by_side > 1 else 1.0
     motion = others, side_by_side, leapfrog.SHARE * h * h * (others - c.spring / t.mass), weight
     pressed = force.advance_contact(w, c, slot, total, scale(1.0 / h, moved), h, motion)
+    c.coasted_from = 0.0
     if opening:
         inside = min(overlap / (overlap - min(before, 0.0)), 1.0)
         spacing = max(following, inside * h)  # of the points of the sum that begins here
