@@ -124,7 +124,7 @@ def begin_coasting(w, k, r, h, longest):
     store(r.pull, axpy(t.f, e, scale(t.g, side)))
     store(r.held, load(r.pull))
     if has_dashpot(c):
-        r.drag = dashpot_of(t, r.spring)
+        r.drag = dashpot_of(t, r.spring, (a.pressing - 1.0) * h)
         sliding = axpy(c.moved[0], e, scale(c.moved[1], side))
         store(r.held, axpy(-r.drag / c.interval, sliding, load(r.pull)))
     r.moment = c.torsion.moment

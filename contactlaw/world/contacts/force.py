@@ -60,7 +60,7 @@ def advance_contact(w, c, slot, moved, slide, dt, motion):
     else:
         ask(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, du, dv, dt)
     if damped:
-        add_dashpot(w, c, slide[0], slide[1], min(motion[3], 1.0))
+        add_dashpot(w, c, slide[0], slide[1], min(motion[3], 1.0), (motion[1] - 1.0) * dt)
     return pressed
 
 
@@ -186,15 +186,20 @@ def is_slow(c, closing, share):
     return closing * closing * c.touch.mass < 0.1 * share * share * c.touch.force * c.touch.overlap
 
 
-def dashpot_of(t, stiffness):
-    """Return the coefficient of the tangential dashpot [N s/m] beside a spring of this stiffness [N/m]."""
-    return 2.0 * DAMPING * sqrt(stiffness * t.tangential_mass)
+def dashpot_of(t, stiffness, time):
+    """Return the coefficient of the tangential dashpot [N s/m] beside a spring of this stiffness [N/m].
+
+    time: of a substep, times how many others share the mass [s]: together they would overshoot, see `normal_force`.
+    """
+    drag = 2.0 * DAMPING * sqrt(stiffness * t.tangential_mass)
+    return drag / (1.0 + 0.5 * time * drag / t.tangential_mass)
 
 
-def add_dashpot(w, c, u, v, weight):
+def add_dashpot(w, c, u, v, weight, time):
     """Add the force of the tangential dashpot, within the friction cone; u, v: slip velocity [m/s].
 
-    weight: factor of it, below 1 where contacts side by side share the mass, as `leapfrog.damper_weight`.
+    weight: factor of it, below 1 where contacts side by side share the mass, as `leapfrog.damper_weight`. time: see
+    `dashpot_of`.
 
     In a straight slide at the limit it changes nothing, and is not computed. A law without springs, by rates alone, has
     none, as its own force would be nothing beside it; rigid friction has that of Mindlin's spring.
@@ -203,7 +208,7 @@ def add_dashpot(w, c, u, v, weight):
     slides = t.f * t.f + t.g * t.g >= AT_LIMIT * (t.friction * t.force) ** 2
     if slides and abs(t.f * v - t.g * u) <= PARALLEL * (t.f * u + t.g * v):
         return
-    drag = weight * dashpot_of(t, min(stuck_stiffness_of(w, c), stuck_stiffness(t)))
+    drag = weight * dashpot_of(t, min(stuck_stiffness_of(w, c), stuck_stiffness(t)), time)
     t.f += drag * u
     t.g += drag * v
     pull, limit = sqrt(t.f * t.f + t.g * t.g), t.friction * t.force
