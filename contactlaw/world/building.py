@@ -13,7 +13,7 @@ from contactlaw.jit import INTERPRETED
 from contactlaw.pair import ContactPair
 from contactlaw.world.arrays import empty, with_bodies, with_more_room, with_pair, with_shapes, with_tree
 from contactlaw.world.data.frames import ORIGIN, UNTURNED, matrix_of, principal, product, unit_quaternion
-from contactlaw.world.data.records import CLOSED, Array, Arrays
+from contactlaw.world.data.records import CLOSED, EDITED, Array, Arrays
 from contactlaw.world.shapes.description import Shapes
 from contactlaw.world.trees.description import Tree
 from contactlaw.world.trees.tree_records import TreeRecords, coordinates, write_coordinates
@@ -119,7 +119,7 @@ class Building(Shapes):
             "quaternion": own, "axes": matrix_of(own).ravel(),
             "inverse_mass": 0.0 if heavy else 1.0 / checks.positive("mass", mass), "inverse_inertia": 1.0 / moments,
             "isotropic": isotropic, "oriented": not isotropic, "acceleration": ORIGIN if heavy else self._gravity,
-            "placed": 1,
+            "placed": 0 if heavy else 1,
         })  # fmt: skip
         self._frames.append(frame)
         return len(self._frames) - 1
@@ -232,5 +232,6 @@ class Building(Shapes):
         for ones, twos, pair in zip(sides[::2], sides[1::2], self._rules, strict=True):
             table[np.ix_(ones, twos)] = pair
             table[np.ix_(twos, ones)] = pair
-        self._arrays.world["stale"] = 1
+        one = self._arrays.world
+        one["stale"], one["edited"] = 1, EDITED * (one["time"] > 0.0)  # a new shape may overlap what sleeps
         return table

@@ -218,7 +218,7 @@ def begin_body(w, b):
         wake_body(b, 0.0)
         settle(b)
     update_momentum(b)
-    b.still = 1 if b.asleep != 0 or is_static(b) else 0
+    b.still = 1 if b.asleep != 0 or (is_static(b) and b.placed == 0) else 0  # what is put somewhere may wake others
     w.rested = min(w.rested, b.still)
     if may_leave_margin(b, w.step - b.time):
         w.stale = 1

@@ -136,6 +136,25 @@ def test_a_step_goes_on_to_the_bit_from_a_state_saved_while_a_wall_comes():
         assert np.array_equal(np.concatenate([again.qpos, again.qvel]), numbers[number])
 
 
+@pytest.mark.parametrize("awake", [0.0, 1e-3])
+def test_a_wall_that_jumps_into_a_ball_throws_it_whether_it_sleeps_or_not(awake):
+    """By the energy of the overlap, 2/5 k depth^2.5, if nothing brakes; a ball that slept lay on in the wall."""
+    depth, smooth = 1e-5, ContactPair("steel", "steel", friction=0.0)
+    floor, thing = '<geom name="floor" type="plane" size="1 1 1"/>', BALL.replace("<body>", '<body pos="0 0 .05">')
+    wall = '<body name="wall" mocap="true" pos="-.5 0 .05"><geom name="wall" type="box" size=".05 .05 .05"/></body>'
+    model = load_model(
+        f"<mujoco><worldbody>{floor}{wall}{thing}</worldbody></mujoco>",
+        [("thing", "floor", ContactPair("steel", "steel", 0.0, 0.5)), ("thing", "wall", smooth)],
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 200)
+    assert not data.qvel.any()
+    data.qvel[1], data.mocap_pos[0, 0] = awake, depth - 0.1
+    mujoco.mj_step(model, data)
+    energy = 0.4 * 4.0 / 3.0 * smooth.effective_modulus * 0.05**0.5 * depth**2.5
+    assert data.qvel[0] == pytest.approx((2.0 * energy / model.body_mass[-1]) ** 0.5, rel=1e-3)
+
+
 def test_what_hangs_by_joints_on_a_body_that_is_led_is_told_of(recwarn):
     """Where others are near: its contacts do not know how fast it goes."""
     arm = """<body name="base" mocap="true" pos="0 0 .5"><body pos="0 0 -.34"><joint axis="0 1 0"/>

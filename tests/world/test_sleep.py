@@ -10,7 +10,7 @@ import pytest
 from contactlaw.world import World
 from sims.heap import DEFAULT, poured
 from sims.scene import NONE, Settings
-from tests.world.world_scenes import FLOOR, RADIUS, balls, mass_of, steel_pair
+from tests.world.world_scenes import FLOOR, FRICTION, RADIUS, balls, mass_of, steel_pair
 
 LOW = RADIUS - 3.60201647e-7  # [m] height at which a ball rests on the floor
 
@@ -115,6 +115,24 @@ def test_what_sleeps_follows_a_support_that_is_placed_near_by(sinks: float) -> N
     world.place(0, position=(0.0, 0.0, -sinks))
     world.step(200)
     assert world.position[1, 2] + sinks == pytest.approx(LOW, abs=1e-12)
+
+
+@pytest.mark.parametrize("moved", [False, True])
+def test_a_wall_that_is_put_into_what_sleeps_throws_it(moved: bool) -> None:
+    """By the energy of the overlap, 2/5 k depth^2.5, less what the floor brakes in a step; the sleeper lay on in it."""
+    world, _, ball = on_a_lift()
+    depth, pair, stands = 1e-5, steel_pair(friction=0.0), world.add_body(np.inf, 1.0, (-1.0, 0.0, 0.0))
+    if moved:
+        world.add_contact(world.add_plane(stands, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)), ball, pair)
+        world.step(100)
+        assert world.asleep[1]
+        world.place(stands, position=(depth - RADIUS, 0.0, 0.0))
+    else:
+        world.add_contact(world.add_plane(None, (depth - RADIUS, 0.0, 0.0), (1.0, 0.0, 0.0)), ball, pair)
+    world.step()
+    stiffness = 4.0 / 3.0 * pair.effective_modulus * RADIUS**0.5
+    thrown = (0.8 * stiffness * depth**2.5 / mass_of(RADIUS)) ** 0.5 - FRICTION * 9.81 * world.timestep
+    assert world.velocity[1, 0] == pytest.approx(thrown, rel=1e-3)
 
 
 def test_a_kinematic_body_keeps_however_low_a_speed() -> None:
