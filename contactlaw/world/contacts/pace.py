@@ -205,11 +205,13 @@ def returns_within_step(w, c, a, b):
 
     The parting speed u is that of m u^2/2 = m v^2/2 + 2/5 P delta, the time of flight 2 u/g if an acceleration g along
     the normal brings them back; in a tree one in any direction counts, as it turns. Details of such a bounce are not
-    visible at the ends of steps: substeps of a crowd will do.
+    visible at the ends of steps: substeps of a crowd will do. Not where friction presses a slender body on (Painleve).
     """
     t, speed, pull = c.touch, closing_speed(c, a, b), sub(load(b.acceleration), load(a.acceleration))
     back = w.step * (norm(pull) if a.tree != 0 or b.tree != 0 else dot(pull, load(c.normal)))
-    return back > 0.0 and 4.0 * (speed * speed + 0.8 * t.force * max(t.overlap, 0.0) / t.mass) < back * back
+    if back <= 0.0 or w.step * c.closing_acceleration > back:
+        return False
+    return 4.0 * (speed * speed + 0.8 * t.force * max(t.overlap, 0.0) / t.mass) < back * back
 
 
 def fineness_of(c, a, b):
