@@ -13,7 +13,7 @@ from contactlaw.jit import INTERPRETED
 from contactlaw.pair import ContactPair
 from contactlaw.world.arrays import empty, with_bodies, with_more_room, with_pair, with_shapes, with_tree
 from contactlaw.world.data.frames import ORIGIN, UNTURNED, matrix_of, principal, product, unit_quaternion
-from contactlaw.world.data.records import CLOSED, EDITED, Array, Arrays
+from contactlaw.world.data.records import CLOSED, EDITED, PUT, Array, Arrays
 from contactlaw.world.shapes.description import Shapes
 from contactlaw.world.trees.description import Tree
 from contactlaw.world.trees.tree_records import TreeRecords, coordinates, write_coordinates
@@ -119,7 +119,7 @@ class Building(Shapes):
             "quaternion": own, "axes": matrix_of(own).ravel(),
             "inverse_mass": 0.0 if heavy else 1.0 / checks.positive("mass", mass), "inverse_inertia": 1.0 / moments,
             "isotropic": isotropic, "oriented": not isotropic, "acceleration": ORIGIN if heavy else self._gravity,
-            "placed": 0 if heavy else 1,
+            "placed": 1,
         })  # fmt: skip
         self._frames.append(frame)
         return len(self._frames) - 1
@@ -171,7 +171,7 @@ class Building(Shapes):
             b["axes"] = matrix_of(b["quaternion"]).ravel()
         if spin is not None:
             b["spin"] = checks.vector("spin", spin)
-        b["placed"] = 1
+        b["placed"] = PUT
         rows = self.arrays.contacts[self.arrays.contacts["phase"] == CLOSED]
         rows = rows[(rows["body_a"] == body + 1) | (rows["body_b"] == body + 1)]
         touched = np.concatenate([rows["body_a"], rows["body_b"], [body + 1]])

@@ -22,7 +22,7 @@ from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at,
 from contactlaw.world.data.call import address, call_on_world, call_step, error_pending, ready
 from contactlaw.world.data.demand import IMPLICIT, STEP
 from contactlaw.world.data.kinds import TANGENT
-from contactlaw.world.data.records import AGED, NEVER, PARTED, TWIST_ALWAYS
+from contactlaw.world.data.records import AGED, NEVER, PARTED, PUT, TWIST_ALWAYS
 from contactlaw.world.data.tree import PASSES
 from contactlaw.world.data.vec import load, store
 from contactlaw.world.island import integrate
@@ -218,7 +218,7 @@ def begin_body(w, b):
         wake_body(b, 0.0)
         settle(b)
     update_momentum(b)
-    b.still = 1 if b.asleep != 0 or (is_static(b) and b.placed == 0) else 0  # what is put somewhere may wake others
+    b.still = 1 if b.asleep != 0 or (is_static(b) and b.placed < PUT) else 0  # what is put somewhere may wake others
     w.rested = min(w.rested, b.still)
     if may_leave_margin(b, w.step - b.time):
         w.stale = 1

@@ -9,6 +9,7 @@ from contactlaw.jit import jit_inline, jit_module
 from contactlaw.world.data.access import body_at, link_at, tree_at
 from contactlaw.world.data.call import ask_mobility, call_with_body, call_with_number, call_with_vectors
 from contactlaw.world.data.quaternion import conjugate, load4, product, rotate, rotation, rotation_vector, store4, unit
+from contactlaw.world.data.records import PUT
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub, to_body, to_world
 
 LARGEST_TURN, MOST = 0.1, 1e4  # [rad] of a step of `tumble`; number of such steps, at most
@@ -336,7 +337,7 @@ def move_kinematic(w, b, place, turn, h):
     if not change <= max(norm(load(b.velocity)) + reach * norm(load(b.spin)), JUMP):
         store(b.position, place)
         store4(b.quaternion, turn)
-        b.placed, w.stale = 1, 1
+        b.placed, w.stale = PUT, 1
         velocity, spin = ZERO, ZERO
     b.still = 0
     store(b.velocity, velocity)

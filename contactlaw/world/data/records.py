@@ -23,7 +23,7 @@ NEVER = np.inf
 MEASURED, BOUNDED = -3.0, -2.0  # values of `NEAR.checked` besides times: gap and speed known; a lower bound of the gap
 # Values of `WORLD.twists`: in this substep torsion is put off, made up for, or advanced as in every one
 TWIST_LATER, TWIST_NOW, TWIST_ALWAYS = range(3)
-EDITED, RESIZED, AGED, FRESH = 1, 2, 1, 2  # values of `WORLD.edited`; of `WORLD.age`
+EDITED, RESIZED, AGED, FRESH, PUT = 1, 2, 1, 2, 2  # values of `WORLD.edited`; of `WORLD.age`; of `BODY.placed`
 LATE = 2  # value of `WORLD.denied`
 COASTS = 2  # value of `NEAR.active`
 PAUSE_LIMIT = 8  # steps; a power of two
