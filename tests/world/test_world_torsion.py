@@ -8,7 +8,7 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
-from contactlaw import ContactPair, Material
+from contactlaw import MATERIALS, ContactPair, Material
 from contactlaw.world import World
 from sims.contact_point import static_overlap
 from tests.world.chains import Chain, Link
@@ -219,14 +219,20 @@ def creep_of(load: float, friction: float, force: float) -> float:
 SOFT = Material(3e9, 0.35)
 
 
-@pytest.mark.parametrize("timestep", [5e-4, 1e-3, 2e-3, 1e-2])
-def test_balls_of_a_thrust_bearing_creep_outwards_as_friction_says(timestep: float) -> None:
+STEEL = MATERIALS["steel"]
+
+
+@pytest.mark.parametrize(
+    ("timestep", "material"),
+    [(5e-4, SOFT), (1e-3, SOFT), (2e-3, SOFT), (1e-2, SOFT), (1e-3, STEEL), (1.5e-3, STEEL), (2e-3, STEEL)],
+)
+def test_balls_of_a_thrust_bearing_creep_outwards_as_friction_says(timestep: float, material: Material) -> None:
     """Three balls run round between a floor and a disc that turns; in long steps one by one, in substeps.
 
     The floor holds the spin of a ball, and the disc slides about the normal. Their forces turn the ball's momentum and
     the axis that it rolls about: 0.7 of the centripetal force comes from the disc, which so slides outwards over it.
     """
-    rate, ring, load, pair = 20.0, 0.05, 10.0, ContactPair(SOFT, SOFT, friction=0.3, restitution=0.5)
+    rate, ring, load, pair = 20.0, 0.05, 10.0, ContactPair(material, material, friction=0.3, restitution=0.5)
     world = World(timestep=timestep)
     floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
     depth = static_overlap(pair, load / 3.0, RADIUS)
