@@ -46,7 +46,8 @@ def advance_contact(w, c, slot, moved, slide, dt, motion):
     if spun:
         c.pending_twist += angle
         later = w.twists == TWIST_LATER and t.state != OPEN and t.state != SPUN and c.coasted_from == 0.0
-        later = later and not (t.course == LASTING and yields_by_spin(c))
+        # nor does a twist wait by which the contact slips: friction, which that lowers, would act in full meanwhile
+        later = later and not (t.course == LASTING and twist_slips(t, c.pending_twist))
         if later and TORSION_EVERY * dt < torsion_time(w, c):
             c.twist_overlap = c.twist_overlap if c.twist_overlap > 0.0 else t.before
             spun = False
@@ -161,13 +162,10 @@ def slide_to_slip(t):
 
 
 @jit_inline
-def yields_by_spin(c):
-    """Return whether a contact slips as a whole about its normal by the angle that torsion has put off.
-
-    Friction, which such spin lowers, would act in full meanwhile: balls of a bearing crept by 12 % too much.
-    """
-    far = slide_to_slip(c.touch)
-    return c.pending_twist * c.pending_twist * c.touch.radius * c.touch.overlap > far * far
+def twist_slips(t, angle):
+    """Return whether a contact slips as a whole about its normal as it turns by an angle [rad] from rest."""
+    far = slide_to_slip(t)
+    return angle * angle * t.radius * t.overlap > far * far
 
 
 def slips_fully(t):

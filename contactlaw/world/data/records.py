@@ -44,7 +44,7 @@ BODY = record(
     tree="u8", member="i8",  # address of its `TREE`, zero: a free body; its number in that
     time="f8",  # [s] since the step began, up to which it has been moved
     still="i8",  # 1: nothing moves it within this step
-    touched="i8", placed="i8",  # 1: its step ends as the world has it, as after any impulse; the user has moved it
+    touched="i8", placed="i8",  # 1: its step ends as the world has it; the user has moved it (PUT: elsewhere at once)
     path="f8", next_path="f8",  # [m] that its surface has moved in a window's substeps, at most, and may in the next
     path_end="f8",  # [m] of `path`, see `window.list_pairs`
     reach="f8",  # [m] from its centre of mass to the furthest centre, middle line or core of its shapes

@@ -170,7 +170,7 @@ def changes_regime(w, pairs):
             sticks = force.slips_fully(start) and (reverses or not force.slips_fully(now))
             if sticks and c.moved[0] ** 2 + c.moved[1] ** 2 > far * far:
                 return True
-            if c.torsion.moment * r.slide[2] < 0.0 and c.moved[2] ** 2 * now.radius * now.overlap > far * far:
+            if c.torsion.moment * r.slide[2] < 0.0 and force.twist_slips(now, c.moved[2]):
                 return True
     return False
 
