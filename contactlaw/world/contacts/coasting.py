@@ -11,13 +11,13 @@ than the law stores, in unloading it gives back no more. Each contact coasts as 
 from math import sqrt
 
 from contactlaw.jit import jit_inline, jit_module
-from contactlaw.laws.hertz import damping_of, hertz_stiffness
+from contactlaw.laws.hertz import damping_of, elastic_force, hertz_stiffness
 from contactlaw.laws.record import LASTING, SPUN
 from contactlaw.laws.slip import stuck_stiffness
 from contactlaw.memory import copy_wholes, set_whole, whole_at
 from contactlaw.world.bodies.motion import kick
 from contactlaw.world.contacts.force import TORSION_EVERY, dashpot_of, has_dashpot, is_quasi_static, torsion_time
-from contactlaw.world.contacts.leapfrog import UNKNOWN
+from contactlaw.world.contacts.leapfrog import UNKNOWN, side_by_side
 from contactlaw.world.contacts.pace import closing_speed, longest_substep, substeps_per_impact
 from contactlaw.world.contacts.substep import turn_frame
 from contactlaw.world.data.access import body_at, coasting_at, contact_at, near_at, pair_at
@@ -117,14 +117,17 @@ def begin_coasting(w, k, r, h, longest):
     r.start_a, r.start_b = dot(load(a.pending_turn), n), dot(load(b.pending_turn), n)
     r.first = r.overlap = t.overlap
     r.closing, r.force = t.closing, t.force
-    r.stiffness, r.damping = hertz_stiffness(t), damping_of(t, False, t.stiffness * sqrt(t.overlap))
-    r.share = 1.0 / (1.0 + 0.5 * r.damping * h / t.mass)
+    r.stiffness, r.elastic = hertz_stiffness(t), elastic_force(t, False, t.overlap)
+    r.damping = damping_of(t, False, t.stiffness * sqrt(t.overlap))
+    count, alone = side_by_side(a, b), 0.5 * r.damping * h / t.mass  # solved for the damper as in `hertz.normal_force`
+    r.share = 1.0 / (1.0 + count * alone)
+    r.beside = (count - 1.0) * alone * r.share
     r.spring, r.drag, r.friction = stuck_stiffness(t), 0.0, t.friction
     side = cross(n, e)
     store(r.pull, axpy(t.f, e, scale(t.g, side)))
     store(r.held, load(r.pull))
     if has_dashpot(c):
-        r.drag = dashpot_of(t, r.spring, (a.pressing - 1.0) * h)
+        r.drag = dashpot_of(t, r.spring, (count - 1.0) * h)
         sliding = axpy(c.moved[0], e, scale(c.moved[1], side))
         store(r.held, axpy(-r.drag / c.interval, sliding, load(r.pull)))
     r.moment = c.torsion.moment
@@ -159,8 +162,9 @@ def advance_coasting(w, pairs, coasting, span, may_coast):
         slide, overlap = axpy(deeper, n, moved), r.first + deeper - 0.5 * dot(tilt, across)
         gained, slid = overlap - r.overlap, sub(slide, load(r.slide))
         closing = rate * gained
-        force = r.stiffness * overlap * sqrt(max(overlap, 0.0)) + r.damping * (1.5 * closing - 0.5 * r.closing)
-        force = max(r.share * force + (1.0 - r.share) * r.force, 0.0)
+        elastic = r.stiffness * overlap * sqrt(max(overlap, 0.0))
+        force = elastic + r.damping * (1.5 * closing - 0.5 * r.closing)
+        force = max(r.share * force + (1.0 - r.share) * r.force + r.beside * (elastic - r.elastic), 0.0)
         pull = axpy(r.spring, slide, axpy(r.drag * rate, slid, load(r.held)))
         square, limit = dot(pull, pull), r.friction * force
         if square > limit * limit:
@@ -168,7 +172,7 @@ def advance_coasting(w, pairs, coasting, span, may_coast):
             store(r.held, axpy(-r.spring, slide, pull))
         r.normal_work -= 0.5 * (r.force + force) * gained
         r.friction_work -= 0.5 * dot(add(load(r.pull), pull), slid)
-        r.overlap, r.closing, r.force = overlap, closing, force
+        r.overlap, r.closing, r.force, r.elastic = overlap, closing, force, elastic
         store(r.slide, slide)
         store(r.pull, pull)
         r.time += h

@@ -78,8 +78,16 @@ def push_by_coasting(w, coasting):
     """Add the forces of coasting contacts, at the end of the substep before, to what pushes their bodies."""
     for i in range(coasting):
         r = coasting_at(w.coasting, i)
-        add_push(body_at(r.body_a, 0), ZERO, scale(r.force, load(r.normal)))
-        add_push(body_at(r.body_b, 0), ZERO, scale(-r.force, load(r.normal)))
+        a, b = body_at(r.body_a, 0), body_at(r.body_b, 0)
+        add_push(a, ZERO, scale(r.force, load(r.normal)))
+        add_push(b, ZERO, scale(-r.force, load(r.normal)))
+        a.pressing += 1
+        b.pressing += 1
+
+
+def side_by_side(a, b):
+    """Return how many contacts press the more pressed of two bodies, of those that move: their dampers share a mass."""
+    return max(a.pressing if a.still == 0 else 1, b.pressing if b.still == 0 else 1, 1)
 
 
 def damper_weight(c, a, b, count):

@@ -120,9 +120,9 @@ def advance(w, c, slot, span):
         total, t.before = add(moved, load(c.coasted)), c.coasted_from
         t.f, t.g = c.coasted_f, c.coasted_g
     others = leapfrog.closing_by_others(c, a, b)
-    side_by_side = max(max(a.pressing if a.still == 0 else 1, b.pressing if b.still == 0 else 1), 1)  # dampers
-    weight = leapfrog.damper_weight(c, a, b, side_by_side) if t.zeta > 0.0 and side_by_side > 1 else 1.0
-    motion = others, side_by_side, leapfrog.SHARE * h * h * (others - c.spring / t.mass), weight
+    count = leapfrog.side_by_side(a, b)
+    weight = leapfrog.damper_weight(c, a, b, count) if t.zeta > 0.0 and count > 1 else 1.0
+    motion = others, count, leapfrog.SHARE * h * h * (others - c.spring / t.mass), weight
     pressed = force.advance_contact(w, c, slot, total, scale(1.0 / h, moved), h, motion)
     c.coasted_from = 0.0
     if opening:

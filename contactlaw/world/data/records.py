@@ -198,7 +198,8 @@ COASTING = record(
     start=VECTOR, start_a="f8", start_b="f8",  # see `coasting.place_of`; angles about the normal [rad]; at the start
     slide=VECTOR, impulse=VECTOR,  # tangential displacement of A over B since the start [m]; on A [N s]
     first="f8", overlap="f8", closing="f8",  # at the start and now [m], [m/s]
-    stiffness="f8", damping="f8", share="f8",  # k of Hertz; damping [N s/m]; 1/(1 + damping h/(2 m))
+    stiffness="f8", elastic="f8", damping="f8",  # k of Hertz; its force now [N]; damping d [N s/m]
+    share="f8", beside="f8",  # with n contacts side by side 1/(1 + n x) and (n - 1) x/(1 + n x), x = d h/(2 m)
     spring="f8", drag="f8", friction="f8",  # tangential: [N/m], [N s/m], coefficient
     force="f8", pull=VECTOR, held=VECTOR, moment="f8",  # P, friction on B, that of the spring at the start [N]; [N m]
     time="f8", longest="f8", furthest="f8",  # since the start [s]; time [s] and displacement [m] for which it may coast
