@@ -179,6 +179,18 @@ class Building(Shapes):
         bodies["held"][touched - bodies["member"][touched]] = np.nan  # differs from any acceleration, so that all wake
         self.arrays.world["stale"] = 1
 
+    def apply_force(self, body: int, force: ArrayLike = ORIGIN, torque: ArrayLike = ORIGIN) -> None:
+        """Let a force at a body's centre of mass [N], and a torque [N m], act from now on, until the next call.
+
+        They are constant in the world frame, shape (3,), besides gravity; what they do is not in `World.energy`.
+        """
+        b = self.arrays.bodies[self._body(body)]
+        if b["tree"] != 0 or b["inverse_mass"] == 0.0:
+            what = "belongs to a tree of joints" if b["tree"] != 0 else "is kinematic"
+            raise ValueError(f"body = {body}: {what}; forces act on free bodies of finite mass")
+        pushed = self.gravity + b["inverse_mass"] * checks.vector("force", force)
+        b["acceleration"], b["torque"] = pushed, checks.vector("torque", torque)
+
     def add_contact(self, shapes1: int | Iterable[int], shapes2: int | Iterable[int], pair: ContactPair) -> None:
         """Let all shapes of one set touch those of another, or of the same set; a later rule overrides an earlier one.
 

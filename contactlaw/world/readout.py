@@ -24,7 +24,7 @@ READOUT = np.dtype([
 
 
 class Energy(NamedTuple):
-    """Energy of a world [J]: kinetic, gravitational, and elastic in contacts."""
+    """Energy of a world [J]: kinetic, gravitational, and elastic in contacts as the last step has left them."""
 
     kinetic: float
     potential: float
@@ -61,13 +61,9 @@ def mean_impulses(bodies: Array, rows: Array, dt: float) -> Array:
     return np.where(sleeps[..., None], dt * rows["force"], rows["impulse"] - rows["earlier"])
 
 
-def energy(world: Arrays) -> Energy:
+def energy(world: Arrays, gravity: Array) -> Energy:
     """Return the energy of a world whose arrays are bound; the potential one is zero at the origin."""
-    pull = world.bodies["acceleration"].copy()
-    for tree in world.trees:
-        pull[tree["first"] : tree["first"] + tree["count"]] = tree["gravity"]
-    massive = world.bodies["inverse_mass"] > 0.0
-    b, pull = world.bodies[massive], pull[massive]
+    b = world.bodies[world.bodies["inverse_mass"] > 0.0]
     mass = 1.0 / b["inverse_mass"]
     axes = b["axes"].reshape(-1, 3, 3)
     spin = np.einsum("nij,ni->nj", axes, b["spin"])
@@ -75,7 +71,7 @@ def energy(world: Arrays) -> Energy:
     for number in range(world.trees.size):
         armature = numbers(world, number, "axes").view(AXIS)["armature"]
         kinetic += 0.5 * armature @ numbers(world, number, "v") ** 2
-    potential = -mass @ (b["position"] * pull).sum(1)
+    potential = -mass @ (b["position"] @ gravity)
     return Energy(float(kinetic), float(potential), float(_elastic(world.world)))
 
 

@@ -126,7 +126,7 @@ class World(Building):
     @property
     def energy(self) -> readout.Energy:
         """Kinetic, potential and elastic energy [J]."""
-        return readout.energy(self._bound_arrays())
+        return readout.energy(self._bound_arrays(), self.gravity)
 
     @property
     def momentum(self) -> tuple[Array, Array]:

@@ -51,6 +51,10 @@ def resting(restitution: float = 0.5, **more) -> World:
         (lambda w: w.add_contact([0], [7], steel_pair()), "shapes2 = 7: there are 1 shapes, counted from 0"),
         (lambda w: w.add_contact(0, [0], steel_pair()), "shapes1 = shapes2 = 0: must be two different shapes"),
         (lambda w: w.add_contact([0], [0], "steel"), "pair = 'steel': must be a contactlaw.ContactPair"),
+        (lambda w: w.apply_force(0, (1.0, 0.0)), "force: shape (2,)"),
+        (lambda w: w.apply_force(0, torque=(0.0, np.inf, 0.0)), "torque: holds inf"),
+        (lambda w: w.apply_force(w.add_body(inf, 1.0), (1.0, 0.0, 0.0)), "body = 1: is kinematic"),
+        (lambda w: w.apply_force(w.add_tree(Tree([Part(1.0, 1.0, [Joint("hinge")])]))[1][0]), "a tree of joints"),
         (lambda w: w.step(-1), "n = -1: must be an integer >= 0"),
         (lambda w: w.restore(World().save()), "saved: is of another world"),
         (lambda w: w.restore(None), "saved = None: must be a contactlaw.Arrays"),
@@ -158,6 +162,47 @@ def test_what_sleeps_wakes_when_it_is_hit_or_given_a_motion() -> None:
     made.place(0, velocity=(0.0, 0.0, 1.0))
     made.step(10)
     assert made.position[0, 2] > RADIUS + 0.015
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("timestep", [2e-4, 2e-3])
+def test_a_force_rolls_a_sleeping_ball_away_until_it_is_taken_off(timestep: float) -> None:
+    """At its centre it gives a ball that rolls 5/7 F/m; a torque M about the axis of rolling 5/7 M/(m R)."""
+    made = resting()
+    made.timestep, steps, force = timestep, round(0.5 / timestep), 0.1 * WEIGHT
+    mass = WEIGHT / 9.81
+    made.apply_force(0, (force, 0.0, 0.0))
+    made.step(steps)
+    speed = 5.0 / 7.0 * force / mass * 0.5
+    assert made.velocity[0] == pytest.approx([speed, 0.0, 0.0], rel=1e-4, abs=1e-9)
+    made.apply_force(0, torque=(0.0, -force * RADIUS, 0.0))
+    made.step(steps)
+    assert made.velocity[0] == pytest.approx([0.0, 0.0, 0.0], abs=1e-4 * speed)
+    made.place(0, velocity=(speed, 0.0, 0.0), spin=(0.0, speed / RADIUS, 0.0))
+    made.apply_force(0)
+    made.step(steps)
+    assert made.velocity[0, 0] == pytest.approx(speed, rel=1e-6)
+
+
+def test_a_force_moves_a_body_in_flight_by_the_parabola() -> None:
+    made = World(timestep=0.01, gravity=9.81)
+    made.add_body(2.0, (0.1, 0.2, 0.3))
+    made.apply_force(0, (3.0, 0.0, 0.0), (0.0, 0.0, 0.6))
+    made.step(50)
+    assert made.position[0] == pytest.approx([0.5 * 1.5 * 0.25, 0.0, -0.5 * 9.81 * 0.25], abs=1e-12)
+    assert made.spin[0] == pytest.approx([0.0, 0.0, 1.0], abs=1e-12)
+    assert made.energy.total == pytest.approx(3.0 * made.position[0, 0] + 0.15, rel=1e-12)
+
+
+def test_a_box_that_is_pushed_within_friction_stands_and_sleeps() -> None:
+    made = World(timestep=2e-3)
+    floor, mass = made.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), 1.0
+    made.add_contact(made.add_box(made.add_body(mass, 1e-3, (0.0, 0.0, 0.05)), (0.05, 0.05, 0.05)), floor,
+                     steel_pair(0.5, 0.3))  # fmt: skip
+    made.apply_force(0, (0.4 * mass * 9.81, 0.0, 0.0))
+    made.step(500)
+    assert made.asleep[0] and abs(made.position[0, 0]) < 1e-6
+    assert made.contacts["force"].sum(0) == pytest.approx([-0.4 * mass * 9.81, 0.0, mass * 9.81], rel=1e-5, abs=1e-6)
 
 
 @pytest.mark.heavy
