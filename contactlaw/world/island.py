@@ -13,7 +13,7 @@ from contactlaw.world.bodies.motion import acceleration_of, closing_at, drift, f
 from contactlaw.world.contacts import pace
 from contactlaw.world.contacts.force import TORSION_EVERY
 from contactlaw.world.contacts.leapfrog import clear_push, push_by_coasting
-from contactlaw.world.contacts.substep import TOUCHING, advance, apply_force, measure
+from contactlaw.world.contacts.substep import TOUCHING, advance, apply_force, kick_pair, measure
 from contactlaw.world.contacts.touch import begin_contact, end_contact
 from contactlaw.world.data.access import body_at, coasting_at, contact_at, near_at
 from contactlaw.world.data.call import address, call_coast, call_start_coasting, ready
@@ -147,8 +147,9 @@ def take_substeps(w, root, listed, t, now, until):
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed != 0:
-            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            apply_force(contact_at(w.contacts, p.slot), a, b, 0.5 * h)
+            a, b, c = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b), contact_at(w.contacts, p.slot)
+            apply_force(c, a, b, 0.5 * h)
+            c.later = 0.5 * h
     coasting = 0  # contacts that coast; their pairs are not in the list
     since_review, going, closed = 0, True, 0
     joints, whole = False, True  # whole: the list is
@@ -186,7 +187,12 @@ def take_substeps(w, root, listed, t, now, until):
             if root == w.loose and leaves_margins(w, bodies, min(2.0 * BLOCK * next_h, left)):
                 going, next_h = False, 0.0
             since_review = 0
-        kick_bodies(w, acting, h, next_h)
+        for i in range(w.near_room, w.near_room + acting):
+            p = near_at(w.near, whole_at(w.island_pairs, i))
+            c = contact_at(w.contacts, p.slot)
+            kick_pair(c, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b), (h, next_h))
+            if c.touch.overlap <= 0.0:
+                end_contact(p, c)
         w.kicks += closed
         # contacts may coast on, unless their laws are needed: as the length of substeps changes, and in the last one
         may_coast = going and next_h == h and until - t > 1.5 * h and closed > w.crowd
@@ -224,24 +230,6 @@ def update_paths(w, bodies, longer):
         passed = passed or b.path + LOOKAHEAD * b.next_path > b.path_end
         most = max(most, b.next_path)
     return passed, most
-
-
-@jit_inline
-def kick_bodies(w, acting, h, next_h):
-    """Kick bodies with the forces of evaluated contacts for half a substep of h [s] and half of the next one.
-
-    acting: how many of their pairs `evaluate_contacts` has listed.
-    Contacts whose overlap has become zero open; they push only for what `contacts.leapfrog` adds there.
-    """
-    for i in range(w.near_room, w.near_room + acting):
-        p = near_at(w.near, whole_at(w.island_pairs, i))
-        c = contact_at(w.contacts, p.slot)
-        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-        if c.touch.overlap > 0.0:
-            apply_force(c, a, b, 0.5 * (h + next_h) + c.end_weight * h)
-        else:
-            apply_force(c, a, b, c.end_weight * h)
-            end_contact(p, c)
 
 
 def leaves_margins(w, bodies, time):

@@ -185,15 +185,15 @@ def advance_coasting(w, pairs, coasting, span, may_coast):
         if may_coast and in_range and r.time < r.longest:
             i += 1
             continue
-        end_coasting(w, r)
+        end_coasting(w, r, 0.5 * time)
         set_whole(w.island_pairs, pairs, r.near)
         pairs, coasting = pairs + 1, coasting - 1
         copy_wholes(w.coasting + SIZE * coasting, w.coasting + SIZE * i, SIZE // 8)
     return coasting
 
 
-def end_coasting(w, r):
-    """Write the model of a contact that stops coasting back."""
+def end_coasting(w, r, later):
+    """Write the model of a contact that stops coasting back; later: see `CONTACT.later` [s]."""
     p, n = near_at(w.near, r.near), load(r.normal)
     c, a, b = contact_at(w.contacts, p.slot), body_at(r.body_a, 0), body_at(r.body_b, 0)
     t, e = c.touch, load(c.tangent)
@@ -209,6 +209,7 @@ def end_coasting(w, r):
     c.normal_work += r.normal_work
     c.friction_work += r.friction_work - r.moment * (turn_a - turn_b)
     c.duration += r.time
+    c.later = later
 
 
 jit_module(__name__)

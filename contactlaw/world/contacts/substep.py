@@ -86,15 +86,17 @@ def measure(w, c, a, b):
 
 
 def advance(w, c, slot, span):
-    """Update the force, the end weight and the ledger of the contact in a slot, after `measure`.
+    """Update the force and the end weight of the contact in a slot, after `measure`.
 
-    span: lengths [s] of this substep and of the next.
+    span: lengths [s] of this substep and of the next. The work of the last kick goes on in this substep.
     """
     h, following = span
     t, moved = c.touch, load(c.moved)
     a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
     before, overlap = t.before, t.overlap
-    c.end_weight = 0.0
+    pushed = t.force, t.f, t.g
+    add_work(c, c.later / h, pushed)
+    c.end_weight, c.later = 0.0, 0.0
     law = law_of(w, pair_at(w.pairs, c.pair))
     linear = law.linear != 0.0
     if before < 0.0 < overlap < BARELY * (overlap - before):
@@ -103,10 +105,7 @@ def advance(w, c, slot, span):
         if before > 0.0 and t.zeta == 0.0 and c.interval > 0.0:
             c.end_weight = leapfrog.elastic_end(before / (before - overlap), linear)
             store(c.force, force_of(c))
-        add_work(c, 0.5 + c.end_weight, overlap - before, moved)
         return
-    add_work(c, 0.5, overlap - before, moved)
-    pushed = t.force, t.f, t.g
     closing = (overlap - before) * (1.0 / h)  # products by quotients that are known before the overlap is
     own = t.force / t.mass
     if c.interval > 0.0:
@@ -124,7 +123,7 @@ def advance(w, c, slot, span):
     weight = leapfrog.damper_weight(c, a, b, count) if t.zeta > 0.0 and count > 1 else 1.0
     motion = others, count, leapfrog.SHARE * h * h * (others - c.spring / t.mass), weight
     pressed = force.advance_contact(w, c, slot, total, scale(1.0 / h, moved), h, motion)
-    c.coasted_from = 0.0
+    c.coasted_from, t.before = 0.0, before
     if opening:
         inside = min(overlap / (overlap - min(before, 0.0)), 1.0)
         spacing = max(following, inside * h)  # of the points of the sum that begins here
@@ -144,22 +143,34 @@ def advance(w, c, slot, span):
     c.interval = h
     if law.rolling != 0.0 and ready(w, ROLL):
         call_roll(address(w, ROLL), w, c, (c.rolled[0] / h, c.rolled[1] / h))
-    add_work(c, 0.5 + c.end_weight, overlap - before, moved)
     c.deepest = max(c.deepest, overlap)
     c.strongest = max(c.strongest, t.force)
     if t.force > 0.0:
         c.duration += h
 
 
-def add_work(c, share, gained, moved):
-    """Add the work of a share of a contact's force and moments on the bodies to its ledger.
+def kick_pair(c, a, b, span):
+    """Kick both bodies of a contact at the end of a substep; a contact whose overlap is zero opens.
 
-    gained: increase of the overlap [m]. moved: as `CONTACT.moved` [m, m, rad].
+    span: lengths [s] of this substep and of the next; the force acts for half of both, and for what `leapfrog` adds.
+    Work of a kick: by half at the speed of the substep before it, by half at that of the next, if there is one.
     """
-    t = c.touch
-    du, dv, angle = moved
-    c.normal_work -= share * t.force * gained
-    c.friction_work -= share * (t.f * du + t.g * dv + c.torsion.moment * angle)
+    (h, next_h), t = span, c.touch
+    time = c.end_weight * h + (0.5 * (h + next_h) if t.overlap > 0.0 else 0.0)
+    c.later = 0.5 * time if next_h > 0.0 and t.overlap > 0.0 else 0.0
+    add_work(c, (time - c.later) / h, (t.force, t.f, t.g))
+    apply_force(c, a, b, time)
+
+
+def add_work(c, share, pushed):
+    """Add the work of a share of a contact's force and moments in the last substep to its ledger.
+
+    pushed: P, and friction along both tangents on B [N].
+    """
+    p, f, g = pushed
+    du, dv, angle = load(c.moved)
+    c.normal_work -= share * p * (c.touch.overlap - c.touch.before)
+    c.friction_work -= share * (f * du + g * dv + c.torsion.moment * angle)
     c.friction_work -= share * (c.bending[0] * c.rolled[0] + c.bending[1] * c.rolled[1])
 
 

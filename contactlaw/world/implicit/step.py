@@ -33,7 +33,7 @@ from contactlaw.world.data.call import call_with_body
 from contactlaw.world.data.quaternion import conjugate, load4, product, rotation_vector, store4
 from contactlaw.world.data.records import AGED, NEVER, PAUSE_LIMIT
 from contactlaw.world.data.saved import restore_body, restore_contact, save_body, save_contact, saved_body
-from contactlaw.world.data.vec import ZERO, add, axpy, load, norm, scale, store, sub
+from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub
 from contactlaw.world.implicit import newton
 from contactlaw.world.implicit.acceptance import ENERGY_GAIN, changes_regime, energy, is_persistent, motion_of
 from contactlaw.world.implicit.equations import equations_of, factorise, substitute
@@ -322,8 +322,10 @@ def finish_contact(w, r, accepted):
     if not accepted:
         restore_contact(w, r.slot)
     else:
-        gained = t.overlap - t.before
-        add_work(c, 1.0, gained, load(c.moved))
+        gained, e = t.overlap - t.before, load(c.tangent)
+        mean = scale(1.0 / w.step, load(r.impulse))  # by its force at the end, a load that shifts would work too much
+        f, g = -dot(mean, e), -dot(mean, cross(load(c.normal), e))
+        add_work(c, 1.0, (dot(mean, load(c.normal)), f, g))
         store(c.impulse, add(load(c.impulse), load(r.impulse)))
         store(c.force, force_of(c))
         t.closing = gained / w.step
