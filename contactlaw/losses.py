@@ -40,7 +40,7 @@ class OverSpeed:
 
     @cached_property
     def points(self) -> Array:
-        """Increasing speeds [m/s] of the table that kernels interpolate linearly in ln v, with an error below 2e-5."""
+        """Increasing speeds [m/s] of the table that kernels interpolate linearly in ln v, with an error below 2e-4."""
         return np.geomspace(1e-5, 1e3, 300)
 
 
