@@ -17,7 +17,7 @@ from contactlaw.mujoco_plugin.geoms import offer
 from contactlaw.mujoco_plugin.instances import ContactInstance, contact_instances
 from contactlaw.mujoco_plugin.layout import record_at
 from contactlaw.world.data.records import BODY, CLOSED, CONTACT, FREE, PAIR, SHAPE, WORLD
-from contactlaw.world.readout import Ledger, ledger, mean_impulses
+from contactlaw.world.readout import Ledger, ledger, mean_impulses, moments
 
 Array = NDArray[np.float64]
 _LOOK = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int)
@@ -124,13 +124,10 @@ def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     turns = data.geom_xmat[geoms].reshape(-1, 3, 3)
     points = data.geom_xpos[geoms] + np.einsum("nij,nj->ni", turns, centres) + rows["arm_a"]  # when subtree_com was so
     forces = mean_impulses(world.bodies, rows, model.opt.timestep) / model.opt.timestep
-    about = rows["torsion"]["moment"], *rows["bending"].T  # the normal and both tangents
-    axes = rows["normal"], rows["tangent"], np.cross(rows["normal"], rows["tangent"])
-    moments = -np.einsum("kn,knj->nj", about, axes)
     for shape, sign in (("shape_a", 1.0), ("shape_b", -1.0)):
         bodies = model.geom_bodyid[world.geoms[rows[shape]]]
         arms = points - data.subtree_com[model.body_rootid[bodies]]
-        np.add.at(out, bodies, sign * np.hstack([np.cross(arms, forces) + moments, forces]))
+        np.add.at(out, bodies, sign * np.hstack([np.cross(arms, forces) + moments(rows), forces]))
     out[0] = 0.0
     return out
 

@@ -17,7 +17,7 @@ from contactlaw.world.trees.tree_records import numbers
 
 READOUT = np.dtype([
     ("shapes", "i8", 2), ("bodies", "i8", 2), ("closed", "?"), ("overlap", "f8"), ("point", "f8", 3),
-    ("normal", "f8", 3), ("force", "f8", 3), ("moment", "f8"), ("impulse", "f8", 3),
+    ("normal", "f8", 3), ("force", "f8", 3), ("moment", "f8", 3), ("impulse", "f8", 3),
     ("normal_work", "f8"), ("friction_work", "f8"), ("deepest", "f8"), ("strongest", "f8"), ("duration", "f8"),
     ("touches", "i8"),
 ])  # fmt: skip
@@ -45,11 +45,17 @@ def contacts(world: Arrays) -> Array:
     out["closed"] = rows["phase"] == CLOSED
     out["overlap"] = np.maximum(rows["touch"]["overlap"], 0.0) * out["closed"]
     out["point"] = world.bodies["position"][rows["body_a"]] + rows["arm_a"]
-    out["force"] = rows["force"]
-    out["moment"] = -rows["torsion"]["moment"]
+    out["force"], out["moment"] = rows["force"], moments(rows)
     for name in ("normal", "impulse", "normal_work", "friction_work", "deepest", "strongest", "duration", "touches"):
         out[name] = rows[name]
     return out
+
+
+def moments(rows: Array) -> Array:
+    """Return the moments of contacts on A [N m], shape (n, 3): torsion and rolling resistance; rows: their records."""
+    about = rows["torsion"]["moment"], *rows["bending"].T  # the normal and both tangents
+    axes = rows["normal"], rows["tangent"], np.cross(rows["normal"], rows["tangent"])
+    return -np.einsum("kn,knj->nj", about, axes)
 
 
 def mean_impulses(bodies: Array, rows: Array, dt: float) -> Array:
@@ -98,7 +104,7 @@ def momentum(world: Arrays) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Ledger:
-    """Sums over contacts: in MuJoCo since the model was reset, in PyBullet since the contacts were added.
+    """Sums over contacts: in MuJoCo since the model was reset, else since the contacts were added.
 
     Attributes:
         impacts: Number of touches.

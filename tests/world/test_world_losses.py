@@ -63,6 +63,8 @@ def test_a_rolling_ball_slows_stops_and_sleeps(tree: bool) -> None:
     world.step(500)
     assert world.asleep[0] and not world.velocity.any()
     assert world.position[0, 0] == pytest.approx(0.5 * 0.05**2 / slowing(), rel=1e-2)
+    ledger, kept = world.ledger(0), world.energy.elastic  # all that has left the motion, of the parted too
+    assert ledger.normal_work + ledger.tangential_work - kept == pytest.approx(first - world.energy.total, rel=1e-3)
 
 
 def test_little_resistance_brings_it_to_rest_soon() -> None:
@@ -76,6 +78,9 @@ def test_on_a_gentle_slope_it_stands_and_on_a_steeper_one_it_rolls() -> None:
     world = rolling_ball(0.0, 0.9 * RESISTANCE)
     world.step(500)
     assert world.asleep[0] and world.position[0, 0] < 1e-4
+    row = world.contacts[0]  # the moments about the centre balance: statics
+    turning = np.cross(row["point"] - world.position[0], row["force"]) + row["moment"]
+    assert abs(turning).max() < 1e-9 * MASS * GRAVITY * RADIUS
     world = rolling_ball(0.0, 2.0 * RESISTANCE)
     world.step(500)
     assert world.velocity[0, 0] == pytest.approx(-slowing(2.0 * RESISTANCE) * 1.0, rel=1e-2)

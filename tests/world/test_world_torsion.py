@@ -53,7 +53,7 @@ def test_a_pivoting_ball_slows_stops_and_sleeps(tree: bool) -> None:
     world.step(200)
     assert (0.4 - world.spin[0, 2]) / 0.2 == pytest.approx(slowing(), rel=0.01)
     row = world.contacts[0]
-    assert row["moment"] == pytest.approx(-INERTIA * slowing(), rel=0.01)
+    assert row["moment"][2] == pytest.approx(-INERTIA * slowing(), rel=0.01)
     assert row["friction_work"] == pytest.approx(0.5 * INERTIA * (world.spin[0, 2] ** 2 - 0.4**2), rel=0.01)
     for _ in range(40):
         world.step(50)
@@ -107,7 +107,7 @@ def test_what_pivots_drifts_under_a_load_as_a_hertz_contact_slipping_everywhere(
 def test_without_friction_a_ball_pivots_for_ever() -> None:
     world = pivoting(0.4, friction=0.0)
     world.step(200)
-    assert world.spin[0, 2] == 0.4 and world.contacts["moment"][0] == 0.0
+    assert world.spin[0, 2] == 0.4 and not world.contacts["moment"].any()
 
 
 def test_a_ball_that_rolls_straight_has_no_torsion() -> None:
