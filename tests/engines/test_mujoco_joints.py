@@ -353,6 +353,23 @@ def test_tendons_and_actuators_resist_an_impact_by_their_inertia(extra):
     assert data.qvel[2] == pytest.approx((0.5 - mass) / (0.5 + mass), abs=1e-4)
 
 
+@pytest.mark.parametrize("restitution", [1.0, 0.5])
+@pytest.mark.parametrize("armature", [0.2, 200.0])
+def test_a_light_plate_with_inertia_of_its_joints_parts_with_the_restitution(armature, restitution):
+    """By momentum and restitution: it had left with 0.54 for 0.5, as if its own mass alone stood behind the springs."""
+    slides = "".join(f'<joint type="slide" axis="{axis}" armature="{armature}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
+    for joints in (f'<joint type="free" armature="{armature}"/>', f'{slides}<joint type="ball"/>'):
+        text = f"""<mujoco><option gravity="0 0 0"/><worldbody>
+            <body>{joints}<geom name="plate" type="box" size=".1 .1 .01" mass=".02"/></body>
+            <body pos="0 0 .0403"><freejoint/><geom name="ball" size=".03" mass="1"/></body></worldbody></mujoco>"""
+        model = load_model(text, [("ball", "plate", steel_pair(friction=0.0, restitution=restitution))])
+        data = mujoco.MjData(model)
+        data.qvel[8] = -1.0
+        mujoco.mj_step(model, data, 2)
+        assert data.qvel[8] - data.qvel[2] == pytest.approx(restitution, abs=2e-4)
+        assert (0.02 + armature) * data.qvel[2] + data.qvel[8] == pytest.approx(-1.0, abs=1e-9)
+
+
 def test_balls_of_a_cradle_that_are_drawn_up_together_swing_as_one_until_they_strike():
     """They touch to the last bit but one, which differs from pair to pair; equal pendulums stay equal."""
     ball = '<body pos="{} 0 0"><joint axis="0 -1 0"/><geom size=".02" pos="0 0 -.3" mass=".26"/></body>'

@@ -24,7 +24,6 @@ from contactlaw.world.data.access import body_at, coasting_at, tree_at
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, scale, store, sub
 
 SHARE = 1.0 / 12.0  # of h^2 x''
-FREE_SIZE = 6  # velocities of a tree of one body that nothing holds
 UNKNOWN = -1e300  # value of `CONTACT.neighbours` where the substep before has not found it
 AT_ONE = 1.0 / 12.0, 0.025485202  # -zeta(-p, 1) of elastic forces, linear and of Hertz
 # (zeta(-3/2, 1 + s) - zeta(-3/2))/s and zeta(-1/4, 1 + s) in powers of s on (0, 1], to 4e-5 and 1e-4
@@ -34,7 +33,7 @@ DAMPED_END = (-0.32035357, -0.86369735, -0.16467251, 0.02834923)
 
 def is_rigid(b):
     """Return whether a body answers to forces by itself: one without joints, or the only one of a tree that is free."""
-    return b.tree == 0 or (tree_at(b.tree, 0).count == 1 and tree_at(b.tree, 0).v_size == FREE_SIZE)
+    return b.tree == 0 or (tree_at(b.tree, 0).rigid != 0 and tree_at(b.tree, 0).limited == 0)
 
 
 def clear_push(b):

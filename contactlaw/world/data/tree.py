@@ -27,6 +27,7 @@ TREE = record(
     springs="u8", sprung="i8",  # stiffness K of springs, as D; 1: there are some. u: displacement since `start`
     e="u8",  # inertia by which soft constraints resist acceleration, constant over a step; as D
     coupled="i8",  # 1: D or E has entries off the diagonal
+    rigid="i8",  # 1: one body that moves freely, with its own inertia alone
     followed="i8",  # 1: velocities have followed a change of forces in this step, for two stages or substeps
     x="u8",  # (v_size,), argument and result of these functions
     pending="u8", kicked="i8",  # (v_size,), generalised impulses not yet applied to v; 1: there are some

@@ -19,6 +19,7 @@ from contactlaw.world.trees import dynamics, limits
 from contactlaw.world.trees.kinematics import response_of, spread_velocity, vector
 
 SAME = 1e-12  # of the sum of forces on a tree: changes up to this are rounding
+FREE_SIZE = 6  # velocities of a tree of one body that nothing holds
 GOLDEN, SILVER = 0.5 * (sqrt(5.0) - 1.0), sqrt(2.0) - 1.0  # irrational, so that the weights of forces all differ
 
 
@@ -50,8 +51,12 @@ def accelerate(t):
     """Find the mass matrix, the accelerations at q and v, and bounds on how fast they change."""
     call_on_tree(t.accelerate, t)
     t.rate, t.change_rate, t.max_acceleration, t.effort, t.coupling = 0.0, 0.0, 0.0, 0.0, 0.0
+    t.rigid, e = 1 if t.count == 1 and t.v_size == FREE_SIZE else 0, vector(t.e, (t.v_size, t.v_size))
     for k in range(t.v_size):
-        t.coupling = max(t.coupling, axis_at(t.axes, k).inertia * axis_at(t.axes, k).inverse)
+        axis = axis_at(t.axes, k)
+        t.coupling = max(t.coupling, axis.inertia * axis.inverse)
+        if axis.armature + e[k, k] != 0.0:
+            t.rigid = 0
     for i in range(t.count):
         link, b = link_at(t.links, i), body_at(t.bodies, i)
         spin, pull = load(b.spin), norm(load(b.acceleration))
