@@ -59,7 +59,8 @@ def normal_force(contact, pair, dt, motion=BY_ITSELF):
 
     If n dampers act on one mass and each is solved as if it were alone, they overshoot together once n of them are too
     strong for the step, and oscillate from step to step. So each is solved with an n-th of the mass for what its force
-    differs from that of the last step with the elastic force of this.
+    differs from that of the last step with the elastic force of this. Where a factor w below 1 tells how they share it,
+    their forces change together as those of 1/w^2 alike: more would delay what they do in an impact.
     """
     free, count, deeper, weight = motion
     linear = pair.linear != 0.0
@@ -72,6 +73,7 @@ def normal_force(contact, pair, dt, motion=BY_ITSELF):
     if contact.zeta == 0.0:
         return elastic, 1.0
     mobility = dt / contact.mass
+    count = 1.0 / (weight * weight) if weight < 1.0 else 1.0 * count
     damping = weight * damping_of(contact, linear, stiffness)
     closing = contact.closing + 0.5 * (dt * free + (count - 1.0) * mobility * (foreseen + elastic))
     pressed = elastic + damping * closing
