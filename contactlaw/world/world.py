@@ -138,10 +138,10 @@ class World(Building):
         """Contacts that are closed, or were in the last step: an array with named fields, a row each.
 
         shapes, bodies: numbers of A and B (body -1: the world); a box or a cylinder has several contacts with a flat
-        shape. closed. overlap [m]. point [m], normal from B to A, force on A [N], and moment on A about the point [N m],
-        of torsion and rolling resistance, shape (3,). Since the touch: impulse on A [N s], normal_work and
-        friction_work done on the bodies [J], deepest: greatest overlap [m], strongest: greatest normal force [N],
-        duration [s], touches: how many.
+        shape. closed. overlap [m]. point [m], normal from B to A, force on A [N], moment on A about the point [N m] by
+        torsion and rolling resistance, shape (3,). Since the touch: impulse on A [N s], normal_work and friction_work
+        done on the bodies [J], deepest: greatest overlap [m], strongest: greatest normal force [N], duration [s],
+        touches: how many.
         """
         rows = readout.contacts(self.arrays)
         rows["shapes"] = np.array(self._owners, np.int64)[rows["shapes"]]

@@ -357,7 +357,8 @@ def test_tendons_and_actuators_resist_an_impact_by_their_inertia(extra):
 @pytest.mark.parametrize("armature", [0.2, 200.0])
 def test_a_light_plate_with_inertia_of_its_joints_parts_with_the_restitution(armature, restitution):
     """By momentum and restitution: it had left with 0.54 for 0.5, as if its own mass alone stood behind the springs."""
-    slides = "".join(f'<joint type="slide" axis="{axis}" armature="{armature}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
+    axes = "1 0 0", "0 1 0", "0 0 1"
+    slides = "".join(f'<joint type="slide" axis="{axis}" armature="{armature}"/>' for axis in axes)
     for joints in (f'<joint type="free" armature="{armature}"/>', f'{slides}<joint type="ball"/>'):
         text = f"""<mujoco><option gravity="0 0 0"/><worldbody>
             <body>{joints}<geom name="plate" type="box" size=".1 .1 .01" mass=".02"/></body>

@@ -60,7 +60,7 @@ def test_what_lands_on_several_points_rebounds_as_its_pair_says(name: str, on: s
 @pytest.mark.parametrize("restitution", [0.05, 0.2, 0.5, 0.9])
 @pytest.mark.parametrize("feet", [4, 8, 16])
 def test_many_feet_rebound_as_their_pair_says_with_few_substeps_too(feet: int, restitution: float) -> None:
-    """By the speed. Each damper solved with as many others as there are, more than share the mass, gave 0.24 for 0.2."""
+    """By the speed. Each damper solved with all others, more than share the mass, gave 0.24 for 0.2."""
     world = World(gravity=0.0, timestep=2e-3)
     floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
     body = world.add_body(1.0, (5e-3, 5e-3, 1e-2), (0.0, 0.0, 0.0203), (0.0, 0.0, -1.0))
