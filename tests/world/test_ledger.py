@@ -5,14 +5,12 @@ import pytest
 
 from contactlaw import ContactPair
 from contactlaw.world import World
-from contactlaw.world.readout import ledger
 from tests.world.world_scenes import steel_pair
 
 
 def taken(world: World) -> float:
     """What contacts have taken from the motion [J] and not stored."""
-    arrays = world.arrays
-    one = ledger(arrays.pairs, arrays.contacts, 0)
+    one = world.ledger(0)
     return one.normal_work + one.tangential_work - world.energy.elastic
 
 
