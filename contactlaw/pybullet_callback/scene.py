@@ -50,8 +50,7 @@ class Scene:
         order = dict.fromkeys([key for key in (old.shapes if old else ()) if key in sides] + list(sides))
         most = max([contact.substeps for contact in contacts.values()], default=SUBSTEPS)
         self.world = World(gravity=0.0, substeps=most, crowd_substeps=crowd_substeps)
-        self.shapes: dict[Key, list[int]] = {}
-        self._side_of: dict[int, Key] = {}
+        self.shapes: dict[Key, list[int]] = {key: [] for key in order}
         ids = dict.fromkeys(key[0] for key in order)
         jointed = [{body} for body in ids if p.getNumJoints(body, client) and can_move(client, body)]
         systems = {body: tuple(own) for body, own in systems_of([*jointed, *tied(client)]).items() if body in ids}
@@ -66,26 +65,23 @@ class Scene:
         roundings = {key: one.rounding for one in contacts.values() if one.rounding is not None for key in one.sides}
         for key in order:
             pose = places[key][1] if key in places else IDENTITY
-            self._note_shapes(key, [])
             for one in sides[key].pieces:
                 at, turn = pose.then(one.pose)
                 given = one.kind, self._row[key], np.array(one.sizes), at, turn, roundings.get(key), one.points
-                self._note_shapes(key, self.world.add_shape(*given))
+                self.shapes[key] += self.world.add_shape(*given)
         measured: list[Measured] = []
         for number, contact in enumerate(contacts.values()):
             self._let_touch(number, contact, measured)
+        self._side_of = {shape: key for key, shapes in self.shapes.items() for shape in shapes}
         for part, owner in enumerate(self.world.owners.tolist()):
             if part != owner:
-                self._note_shapes(self._side_of[owner], [part])
+                self._side_of[part] = self._side_of[owner]
+                self.shapes[self._side_of[owner]].append(part)
         self._rows_of = tuple((key, self._row[key]) for key in self.shapes)
         self.world.arrays.pairs["relaxed"] = 1
         self.bodies = Bodies(client, self.world, bodies, list(made.values()), measured, moves, check)
         if old:
             self._take_over(old)
-
-    def _note_shapes(self, key: Key, shapes: list[int]) -> None:
-        self.shapes.setdefault(key, []).extend(shapes)
-        self._side_of.update(dict.fromkeys(shapes, key))
 
     def _let_touch(self, number: int, contact: Contact, measured: list[Measured]) -> None:
         """Let two sets touch, by the world's pair of materials of this number.
@@ -107,7 +103,7 @@ class Scene:
             one, other = sorted((contact.sides[key] for key in two), key=lambda side: side.measured)
             ends, row = self.shapes[one.key][-2:], self._row[other.key]  # of a capsule without its side
             planes = [self.world._shape(tangent(row + 1, end, other.reach)) for end in ends]
-            self._note_shapes(other.key, planes)
+            self.shapes[other.key] += planes
             if added:
                 self.world.add_rule(ends, planes, number)
             else:
