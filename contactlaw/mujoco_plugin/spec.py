@@ -109,7 +109,7 @@ def replace_native_contacts(spec: mujoco.MjSpec, contact: Contact) -> str:
     parents = {geom: geom.parent for geom in (*contact.ones, *contact.twos)}
     sets = Sets(contact.ones, contact.twos, parents.__getitem__)
     ones, twos = sets.ones, sets.twos
-    if len(ones) == len(twos) == 1 and (ones == twos or (ones[0].name and ones[0].name == twos[0].name)):
+    if len(ones) == len(twos) == 1 and ones == twos:
         raise ValueError(f"geom2 = {twos[0].name!r}: must be another geom than geom1")
     if sets.example(ones, twos) is None:
         raise ValueError("geom1, geom2: hold no two geoms of different bodies")

@@ -111,12 +111,11 @@ class Scene:
             added = True
             measured.append(Measured(one, other, self._row[one.key], row, ends, planes))
 
-    def _contacts_of(self, handle: int | None) -> Iterator[Any]:
-        """Yield records of contacts that are closed or parted in the last step, of one handle or (None) all."""
+    def _contacts_of(self, handle: int | None) -> Array:
+        """Return records of contacts that are closed or parted in the last step, of one handle or (None) all."""
         records = self.bodies.arrays.contacts
-        for record in records[records["phase"] != FREE]:
-            if handle is None or record["pair"] == self._handles.index(handle):
-                yield record
+        records = records[records["phase"] != FREE]
+        return records if handle is None else records[records["pair"] == self._handles.index(handle)]
 
     def sides_of(self, record: Any) -> tuple[Contact, Side, Side, float]:
         """Return the user's contact of a contact of the world, its sides a and b, and -1.0 if b is the world's A."""
