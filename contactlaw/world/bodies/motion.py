@@ -232,11 +232,25 @@ def acceleration_of(b):
 
 
 def acceleration_at(b, arm):
-    """Return the acceleration [m/s^2] of a body's point at an arm, without the angular acceleration of a free body."""
+    """Return the acceleration [m/s^2] of a body's point at an arm [m], without contacts."""
     if b.asleep != 0:
         return ZERO
     w = load(b.spin)
-    return add(load(b.acceleration), add(cross(load(b.turning), arm), cross(w, cross(w, arm))))
+    return add(load_at(b, arm), cross(w, cross(w, arm)))
+
+
+@jit_inline
+def load_at(b, arm):
+    """Return the acceleration [m/s^2] of a body's point at an arm [m] by loads besides contacts, not by its spin."""
+    if b.inverse_mass == 0.0:
+        return ZERO
+    return add(load(b.acceleration), cross(turning_of(b), arm))
+
+
+@jit_inline
+def turning_of(b):
+    """Return the angular acceleration [rad/s^2] of a body by its loads."""
+    return load(b.turning) if b.tree != 0 else spin_change(b, load(b.torque))
 
 
 @jit_inline

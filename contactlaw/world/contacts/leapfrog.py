@@ -19,7 +19,7 @@ from math import sqrt
 from contactlaw.jit import jit_inline, jit_module
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import OPEN
-from contactlaw.world.bodies.motion import spin_change
+from contactlaw.world.bodies.motion import load_at, spin_change, turning_of
 from contactlaw.world.data.access import body_at, coasting_at, tree_at
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, scale, store, sub
 
@@ -108,18 +108,6 @@ def damper_weight(c, a, b, count):
         own, opening, least = t.force / t.mass, -c.closing_acceleration - loads, 1.0
     known = turns and own > 0.0 and (least < 1.0 or c.interval > 0.0)
     return 1.0 / sqrt(min(max(opening / own, least), 1.0 * count)) if known else 1.0
-
-
-def load_at(b, arm):
-    """Return the acceleration [m/s^2] of a body's point at an arm [m] without contacts."""
-    if b.inverse_mass == 0.0:
-        return ZERO
-    return add(load(b.acceleration), cross(turning_of(b), arm))
-
-
-def turning_of(b):
-    """Return the angular acceleration [rad/s^2] of a body by its loads."""
-    return load(b.turning) if b.tree != 0 else spin_change(b, load(b.torque))
 
 
 def closing_by_others(c, a, b):

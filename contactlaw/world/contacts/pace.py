@@ -6,7 +6,7 @@ from contactlaw.jit import jit_module
 from contactlaw.laws.hertz import greatest_overlap, hertz_stiffness
 from contactlaw.laws.record import LASTING
 from contactlaw.laws.slip import stuck_stiffness
-from contactlaw.world.bodies.motion import closing_at, mobility_between, swing, velocity_at
+from contactlaw.world.bodies.motion import acceleration_at, closing_at, mobility_between, swing, velocity_at
 from contactlaw.world.contacts.force import is_quasi_static
 from contactlaw.world.data.access import body_at, contact_at, pair_at, shape_at, tree_at
 from contactlaw.world.data.kinds import BOX, DISC, EDGE, PLANE
@@ -97,7 +97,11 @@ def touch_duration(w, p, a, b, met, measured=True):
 def contact_duration(w, c, a, b):
     """Return the duration [s] of an impact with the present overlap and closing speed of a closed contact."""
     t = c.touch
-    push = norm(sub(load(a.acceleration), load(b.acceleration))) + shared_push(a, b)
+    push = norm(sub(load(a.acceleration), load(b.acceleration)))
+    if a.oriented != 0 or b.oriented != 0:  # what turns may press where its centre does not accelerate
+        turning = sub(acceleration_at(b, load(c.arm_b)), acceleration_at(a, load(c.arm_a)))
+        push = max(push, dot(turning, load(c.normal)))
+    push += shared_push(a, b)
     duration = law_of(w, pair_at(w.pairs, c.pair)).duration
     return impact_duration(hertz_stiffness(t), duration, t.mass, max(t.overlap, 0.0), closing_speed(c, a, b), push)
 
