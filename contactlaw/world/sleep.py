@@ -11,7 +11,7 @@ from math import sqrt
 
 from contactlaw.jit import jit_module
 from contactlaw.memory import whole_at
-from contactlaw.world.bodies.motion import settle, spin_change, wake_body
+from contactlaw.world.bodies.motion import settle, spin_change, turning_of, wake_body
 from contactlaw.world.contacts.force import moment_of
 from contactlaw.world.contacts.pace import contact_duration
 from contactlaw.world.data.access import body_at, contact_at, near_at, tree_at
@@ -50,7 +50,7 @@ def sleep_if_balanced(w, bodies, pairs):
     for i in range(bodies):  # `shift` and `twist` are free between substeps: here they hold accelerations
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         store(b.shift, load(b.acceleration))
-        store(b.twist, load(b.turning) if b.tree != 0 else spin_change(b, load(b.torque)))
+        store(b.twist, turning_of(b))
         b.square_rate = 0.0
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
