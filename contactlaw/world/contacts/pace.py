@@ -12,7 +12,7 @@ from contactlaw.world.data.access import body_at, contact_at, pair_at, shape_at,
 from contactlaw.world.data.kinds import BOX, DISC, EDGE, PLANE
 from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.records import NEVER
-from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, sub
+from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub
 from contactlaw.world.shapes.curvature import effective_radius, has_known_radius
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.trees.motion import longest_turn
@@ -99,11 +99,21 @@ def contact_duration(w, c, a, b):
     t = c.touch
     push = norm(sub(load(a.acceleration), load(b.acceleration)))
     if a.oriented != 0 or b.oriented != 0:  # what turns may press where its centre does not accelerate
-        turning = sub(acceleration_at(b, load(c.arm_b)), acceleration_at(a, load(c.arm_a)))
-        push = max(push, dot(turning, load(c.normal)))
+        push = max(push, closing_acceleration_of(w, c, a, b))
     push += shared_push(a, b)
     duration = law_of(w, pair_at(w.pairs, c.pair)).duration
     return impact_duration(hertz_stiffness(t), duration, t.mass, max(t.overlap, 0.0), closing_speed(c, a, b), push)
+
+
+def closing_acceleration_of(w, c, a, b):
+    """Return the closing acceleration [m/s^2] of a closed contact by all but contacts, as if B were flat: Coriolis's
+    included, it is that of the point of A whose sphere touches, in the frame of B."""
+    n = load(c.normal)
+    core = scale(shape_at(w.shapes, c.shape_a).radius, n)
+    arm_a, arm_b = add(load(c.arm_a), core), add(load(c.arm_b), core)
+    slide = sub(velocity_at(a, arm_a), velocity_at(b, arm_b))
+    turning = sub(acceleration_at(b, arm_b), acceleration_at(a, arm_a))
+    return dot(n, axpy(2.0, cross(load(b.spin), slide), turning))
 
 
 def shared_push(a, b):
