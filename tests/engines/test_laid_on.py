@@ -80,6 +80,7 @@ def test_a_moment_presses_where_the_centre_of_mass_does_not_accelerate(joint: st
     found = ledger_of(model, data, *instances_of(model))
     assert found.greatest_overlap == pytest.approx(DEEPEST * (load_on_it / (MASS * GRAVITY)) ** (2.0 / 3.0), rel=1e-2)
 
+
 def test_a_ball_in_mujoco_that_is_thrown_up_flies_as_without_the_law() -> None:
     model = load(FREE.format(RADIUS), 0.002)
     data = mujoco.MjData(model)

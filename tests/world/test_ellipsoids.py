@@ -267,3 +267,18 @@ def test_an_implicit_step_to_forces_that_are_no_numbers_is_not_taken(drop):
     verdict = judge("none", drop())
     assert verdict.gain < 1e-6
     assert verdict.depth < DEEPER
+
+
+@pytest.mark.parametrize("timestep", [1e-3, 1e-2])
+def test_an_ellipsoid_that_turns_onto_its_long_side_gains_nothing(timestep: float) -> None:
+    """It just touches a floor, with its shortest axis upright: as it turns it presses on that, at first by no speed and
+    no acceleration of its centre. The first substep was the whole step, and gave 2e6 times the energy at 10 ms. Judge:
+    energy."""
+    world = World(timestep=timestep, gravity=0.0)
+    half = (0.06, 0.03, 0.03)
+    body = world.add_body(0.5, 4.5e-4, (0.0, 0.0, half[2]), spin=(0.0, 20.0, 0.0))
+    world.add_contact(world.add_ellipsoid(body, half), world.add_plane(None, *FLOOR), steel_pair(0.0, 1.0))
+    energy = world.energy.total
+    world.step(round(0.02 / timestep))
+    assert world.velocity[body, 2] > 0.1
+    assert world.energy.total == pytest.approx(energy, rel=1e-6)

@@ -9,10 +9,10 @@ from contactlaw.laws.slip import stuck_stiffness
 from contactlaw.world.bodies.motion import acceleration_at, closing_at, mobility_between, swing, velocity_at
 from contactlaw.world.contacts.force import is_quasi_static
 from contactlaw.world.data.access import body_at, contact_at, pair_at, shape_at, tree_at
-from contactlaw.world.data.kinds import BOX, DISC, EDGE, PLANE
+from contactlaw.world.data.kinds import BOX, DISC, EDGE, ELLIPSOID, PLANE
 from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.records import NEVER
-from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub
+from contactlaw.world.data.vec import ZERO, add, cross, dot, load, norm, scale, sub
 from contactlaw.world.shapes.curvature import effective_radius, has_known_radius
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.trees.motion import longest_turn
@@ -106,14 +106,19 @@ def contact_duration(w, c, a, b):
 
 
 def closing_acceleration_of(w, c, a, b):
-    """Return the closing acceleration [m/s^2] of a closed contact by all but contacts, as if B were flat: Coriolis's
-    included, it is that of the point of A whose sphere touches, in the frame of B."""
-    n = load(c.normal)
-    core = scale(shape_at(w.shapes, c.shape_a).radius, n)
+    """Return the closing acceleration [m/s^2] of a closed contact by all but contacts.
+
+    It is that of the point of A whose sphere touches, in the frame of B, Coriolis's included, as if B were flat there;
+    an ellipsoid A may be the flatter one.
+    """
+    n, s = load(c.normal), shape_at(w.shapes, c.shape_a)
+    core = scale(s.radius, n)
     arm_a, arm_b = add(load(c.arm_a), core), add(load(c.arm_b), core)
     slide = sub(velocity_at(a, arm_a), velocity_at(b, arm_b))
-    turning = sub(acceleration_at(b, arm_b), acceleration_at(a, arm_a))
-    return dot(n, axpy(2.0, cross(load(b.spin), slide), turning))
+    turning = dot(n, sub(acceleration_at(b, arm_b), acceleration_at(a, arm_a)))
+    across = cross(slide, n)
+    rate = dot(load(b.spin), across)
+    return turning + 2.0 * (max(rate, dot(load(a.spin), across)) if s.kind == ELLIPSOID else rate)
 
 
 def shared_push(a, b):
