@@ -98,7 +98,7 @@ def contact_duration(w, c, a, b):
     """Return the duration [s] of an impact with the present overlap and closing speed of a closed contact."""
     t = c.touch
     push = norm(sub(load(a.acceleration), load(b.acceleration)))
-    if a.oriented != 0 or b.oriented != 0:  # what turns may press where its centre does not accelerate
+    if t.force == 0.0 and (a.oriented != 0 or b.oriented != 0):  # new, and perhaps pressed by turning alone
         push = max(push, closing_acceleration_of(w, c, a, b))
     push += shared_push(a, b)
     duration = law_of(w, pair_at(w.pairs, c.pair)).duration
@@ -106,19 +106,17 @@ def contact_duration(w, c, a, b):
 
 
 def closing_acceleration_of(w, c, a, b):
-    """Return the closing acceleration [m/s^2] of a closed contact by all but contacts.
+    """Return the closing acceleration [m/s^2] by all but contacts of the point of A whose sphere touches.
 
-    It is that of the point of A whose sphere touches, in the frame of B, Coriolis's included, as if B were flat there;
-    an ellipsoid A may be the flatter one.
+    It is that in the frame of B, as if B were flat there; an ellipsoid A may be the flatter one.
     """
     n, s = load(c.normal), shape_at(w.shapes, c.shape_a)
     core = scale(s.radius, n)
     arm_a, arm_b = add(load(c.arm_a), core), add(load(c.arm_b), core)
-    slide = sub(velocity_at(a, arm_a), velocity_at(b, arm_b))
-    turning = dot(n, sub(acceleration_at(b, arm_b), acceleration_at(a, arm_a)))
-    across = cross(slide, n)
+    across = cross(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)), n)
     rate = dot(load(b.spin), across)
-    return turning + 2.0 * (max(rate, dot(load(a.spin), across)) if s.kind == ELLIPSOID else rate)
+    rate = max(rate, dot(load(a.spin), across)) if s.kind == ELLIPSOID else rate
+    return 2.0 * rate + dot(n, sub(acceleration_at(b, arm_b), acceleration_at(a, arm_a)))
 
 
 def shared_push(a, b):
