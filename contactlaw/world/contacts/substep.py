@@ -137,8 +137,7 @@ def advance(w, c, slot, span):
         weight = leapfrog.single_end(max(pushed[0] / (pushed[0] - pressed), SUDDEN), True)
         store(c.force, in_frame(c, *pushed))  # at its present arms it would turn round bodies in its earlier direction
         apply_force(c, a, b, weight * h)
-        c.normal_work -= weight * pushed[0] * (overlap - before)
-        c.friction_work -= weight * (pushed[1] * moved[0] + pushed[2] * moved[1])
+        add_work(c, weight, pushed)
     store(c.force, force_of(c))
     c.interval = h
     if law.rolling != 0.0 and ready(w, ROLL):
@@ -150,10 +149,11 @@ def advance(w, c, slot, span):
 
 
 def kick_pair(c, a, b, span):
-    """Kick both bodies of a contact at the end of a substep; a contact whose overlap is zero opens.
+    """Kick both bodies of a contact at the end of a substep.
 
-    span: lengths [s] of this substep and of the next; the force acts for half of both, and for what `leapfrog` adds.
-    Work of a kick: by half at the speed of the substep before it, by half at that of the next, if there is one.
+    The force acts for half of this substep and half of the next, of lengths `span` [s], and for what `leapfrog` adds;
+    where the shapes no longer overlap for that alone. Half of a kick works at the speed before it, half at that after,
+    in the next substep: so the sum of all work is what bodies gain.
     """
     (h, next_h), t = span, c.touch
     time = c.end_weight * h + (0.5 * (h + next_h) if t.overlap > 0.0 else 0.0)
