@@ -71,8 +71,8 @@ class Crowds(Case):
                        Limit(f"{CROWD} balls, an MjData", 0.1, made_in["data"], "s")]  # fmt: skip
         grasps: list[Data] = []
         for material, mass in product(("steel", "rubber"), HELD[: 1 if quick else None]):
-            brief = sorted((lasting.grasp(material, mass, 3.0) for _ in range(5)), key=lambda one: one["law"] / one["native"])
-            held = lasting.grasp(material, mass, 4.0 if quick else LONG) | {one: brief[2][one] for one in ("law", "native")}
+            runs = sorted((lasting.grasp(material, mass, 3.0) for _ in range(5)), key=lambda r: r["law"] / r["native"])
+            held = lasting.grasp(material, mass, 4.0 if quick else LONG) | {k: runs[2][k] for k in ("law", "native")}
             what = f"grasp of {mass:g} kg by {material}"
             grasps.append(held | {"what": what})
             limits += [Limit(f"{what}, slip in a minute", 5e-3, 1e6 * abs(held["slip"]), "um"),
