@@ -73,12 +73,15 @@ def test_the_work_of_a_lid_is_what_a_pack_gains_or_loses(timestep: float) -> Non
     assert accounted(world) - before == pytest.approx(work, rel=1e-3)
 
 
+GRAIN = 5e-3  # radius of a pressed ball [m]
+
+
 def pressed(friction: float, restitution: float, depth: float, sides: tuple[int, int, int], jitter: float) -> World:
     """Glass balls on a lattice in a box without gravity, with random spins, at overlaps of `depth` radii.
 
     jitter: of their places [radii].
     """
-    glass, rng, radius = MATERIALS["glass"], np.random.default_rng(0), 5e-3
+    glass, rng, radius = MATERIALS["glass"], np.random.default_rng(0), GRAIN
     world, mass, pitch = World(timestep=1e-4, gravity=0.0, stillness=0.0), 1.3e-3, (2.0 - depth) * radius
     for place in np.argwhere(np.ones(sides)):
         at = pitch * (place + 0.5) + jitter * radius * rng.normal(size=3)
@@ -101,11 +104,11 @@ def test_spin_of_balls_that_are_pressed_together_dies_away(depth: float, frictio
     each as if it were alone, drove spins too, from the second depth on: the elastic energy grew by a tenth.
     """
     world = pressed(friction, restitution, depth, (5, 5, 3), 0.0)
-    given, overlap = world.energy.kinetic, depth * 5e-3
+    given, overlap = world.energy.kinetic, depth * GRAIN
     world.step(20)
     glass = MATERIALS["glass"]
     stiffness = glass.youngs_modulus / (2.0 * (1.0 - glass.poissons_ratio**2))
-    force = 4.0 / 3.0 * stiffness * np.sqrt(0.5 * 5e-3) * overlap**1.5
+    force = 4.0 / 3.0 * stiffness * np.sqrt(0.5 * GRAIN) * overlap**1.5
     stored = 0.4 * force * overlap * (170.0 + 110.0 * 0.5 ** (1.0 / 3.0))  # of pairs of balls, and with walls
     assert world.energy.kinetic < 1e-3 * given
     assert world.energy.elastic == pytest.approx(stored, rel=1e-6)

@@ -74,12 +74,12 @@ def press_spring(c, a, b, linear):
 
 
 def push_by_coasting(w, coasting):
-    """Add the forces of coasting contacts, at the end of the substep before, to what pushes their bodies."""
+    """Add the forces of coasting contacts, at the end of the substep before, to those on their bodies; count them."""
     for i in range(coasting):
         r = coasting_at(w.coasting, i)
-        a, b = body_at(r.body_a, 0), body_at(r.body_b, 0)
-        add_push(a, ZERO, scale(r.force, load(r.normal)))
-        add_push(b, ZERO, scale(-r.force, load(r.normal)))
+        a, b, push = body_at(r.body_a, 0), body_at(r.body_b, 0), scale(r.force, load(r.normal))
+        add_push(a, ZERO, push)
+        add_push(b, ZERO, scale(-1.0, push))
         a.pressing += 1
         b.pressing += 1
 

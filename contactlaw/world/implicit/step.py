@@ -322,13 +322,12 @@ def finish_contact(w, r, accepted):
     if not accepted:
         restore_contact(w, r.slot)
     else:
-        gained, e = t.overlap - t.before, load(c.tangent)
+        n, e = load(c.normal), load(c.tangent)
         mean = scale(1.0 / w.step, load(r.impulse))  # by its force at the end, a load that shifts would work too much
-        f, g = -dot(mean, e), -dot(mean, cross(load(c.normal), e))
-        add_work(c, 1.0, (dot(mean, load(c.normal)), f, g))
+        add_work(c, 1.0, (dot(mean, n), -dot(mean, e), -dot(mean, cross(n, e))))
         store(c.impulse, add(load(c.impulse), load(r.impulse)))
         store(c.force, force_of(c))
-        t.closing = gained / w.step
+        t.closing = (t.overlap - t.before) / w.step
         c.interval, c.closing_acceleration, c.end_weight, c.neighbours = w.step, 0.0, 0.0, UNKNOWN
         c.deepest = max(c.deepest, t.overlap)
         c.strongest = max(c.strongest, t.force)
