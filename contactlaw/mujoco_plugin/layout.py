@@ -52,8 +52,8 @@ DATA = structure("mjData")[[
     "qfrc_actuator", "qfrc_constraint", "qfrc_smooth", "qfrc_bias", "qDeriv", "xfrc_applied", "xpos", "xquat", "qacc",
     "sensordata",
     "geom_xpos", "geom_xmat", "xipos", "site_xpos", "site_xmat", "efc_pos", "efc_margin",
-    "efc_KBIP", "efc_D", "efc_force", "ne", "nf", "nl", "nefc", "nJ", "efc_J", "efc_J_rownnz", "efc_J_rowadr",
-    "efc_J_colind", "actuator_force", "actuator_moment", "moment_rownnz", "moment_rowadr", "moment_colind",
+    "efc_KBIP", "efc_D", "efc_force", "ne", "nf", "nl", "efc_J", "efc_J_rownnz", "efc_J_rowadr", "efc_J_colind",
+    "actuator_force", "actuator_moment", "moment_rownnz", "moment_rowadr", "moment_colind",
     "actuator_velocity", "efc_frictionloss", "ten_length", "ten_J",
 ]]  # fmt: skip
 """The fields of mjData that compiled code uses; `MODEL`: those of mjModel."""
@@ -76,6 +76,8 @@ REF_UNSAFE = int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
 NO_SPRING = int(mujoco.mjtDisableBit.mjDSBL_SPRING)
 NO_PASSIVE = NO_SPRING | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
 """With both flags set, MuJoCo computes no passive forces and does not call the plugin's compute."""
+SPARSE, AUTO, MANY = int(mujoco.mjtJacobian.mjJAC_SPARSE), int(mujoco.mjtJacobian.mjJAC_AUTO), 60
+"""Kinds of Jacobian; with the latter, constraints have a sparse one from so many velocities on (`mj_isSparse`)."""
 TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
 DISCRETE = int(getattr(mujoco.mjtIntegrator, "mjINT_DISCRETE", -1))  # from 3.13
 IMPLICITFAST = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)

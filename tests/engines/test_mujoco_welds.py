@@ -117,6 +117,26 @@ def test_a_weld_that_is_switched_off_is_gone_and_jacobians_kept_whole_say_the_sa
     assert speeds[1][1] < -0.9 < -0.5 < speeds[0][1]
 
 
+def test_a_connect_at_a_hinge_adds_rows_that_are_zero_and_the_engine_drops():
+    """MuJoCo makes room for rows of it that it then leaves out: the motion is that of the model without it."""
+    ends = []
+    for idle in ("", '<connect body1="arm" body2="hand" anchor="0 0 0"/>'):
+        xml = f"""<mujoco><option timestep=".002" integrator="RK4" gravity="0 0 0"/><worldbody>
+            <body name="hand">{SLIDES}<geom name="h" size=".03" mass=".5"/><body name="arm" pos="0 .1 0">
+            <joint name="elbow" axis="0 0 1"/><geom pos="0 .1 0" size=".03" mass=".2"/></body></body>
+            <body pos="0 .5 0"><joint name="slide" type="slide"/><geom size=".03" mass="1"/></body>
+            <body pos=".2 0 0"><freejoint/><geom name="b" size=".03" mass=".5"/></body></worldbody><equality>
+            <joint joint1="elbow" joint2="slide" polycoef="0 .3"/>{idle}</equality></mujoco>"""
+        model = load_model(xml, [("b", "h", ContactPair(MATERIALS["rubber"], MATERIALS["rubber"], 0.3, 0.8))])
+        data = mujoco.MjData(model)
+        data.qvel[2:5] = [3.0, 0.0, -1.0]
+        mujoco.mj_step(model, data, 200)
+        assert data.nefc == 1
+        ends.append(data.qvel.copy())
+    assert ends[0][0] < -0.1
+    assert ends[1] == pytest.approx(ends[0], abs=1e-12)
+
+
 @pytest.mark.parametrize("mocap", [False, True])
 def test_a_base_that_is_moved_meets_what_only_turns_above_the_ground_otherwise(mocap):
     """A hinge across a gap of 7 mm: what it carries never meets the table, unless its base may be led there."""
