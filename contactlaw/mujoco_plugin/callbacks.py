@@ -24,7 +24,7 @@ from contactlaw.world.data.call import address, call_read, call_step, ready
 from contactlaw.world.data.checksum import as_float, mix
 from contactlaw.world.data.demand import READ as READ_STATE
 from contactlaw.world.data.demand import STEP
-from contactlaw.world.data.records import FRESH, LATE, RESIZED
+from contactlaw.world.data.records import FRESH, LATE, RESIZED, UNLISTED, WIDE
 from contactlaw.world.data.vec import cross, load, scale, store
 from contactlaw.world.near.passing import follow, may_follow, part
 from contactlaw.world.sleep import is_at_rest
@@ -73,11 +73,13 @@ def move_world(head, w, state, again):
     lists = w.lists
     call_step(address(w, STEP), w, head.step_size, FIND_PRESSED)
     run_trees(head, MOVE)
-    if w.denied != 0 and w.lists == lists:  # whether a tree passes must not depend on when near pairs were listed
-        w.stale = 1
-        run_trees(head, FIND)
-        call_step(address(w, STEP), w, head.step_size, FIND_PRESSED)
-        run_trees(head, MOVE)
+    for brief in (0, WIDE):  # whether a tree passes must not depend on when near pairs were listed
+        if w.denied == UNLISTED or (w.denied != 0 and w.lists == lists):
+            w.stale, w.brief = 1, brief
+            run_trees(head, FIND)
+            call_step(address(w, STEP), w, head.step_size, FIND_PRESSED)
+            run_trees(head, MOVE)
+            w.stale = 1 if brief == WIDE else w.stale  # such a list is long
     idle = not has_contacts(w) and checksums(head).left == 0.0  # nor at the end of the last step, which has stored it
     if run_trees(head, READ) and head.free_count + head.mocap_count == 0 and idle:
         return MOVED

@@ -1,6 +1,7 @@
 """States of MuJoCo's data set back: at any step, what follows is what followed, to the bit."""
 
 from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 
 import numpy as np
 import pytest
@@ -303,3 +304,27 @@ def test_what_sleeps_beside_a_body_that_is_led_sleeps_on_in_other_data():
     for one in (data, other):
         mujoco.mj_step(model, one, 2)
     assert np.array_equal(state_of(model, other), state_of(model, data))
+
+
+@pytest.mark.parametrize(("push", "speed"), [(30.0, 30.0), (100.0, -30.0)])
+def test_a_copy_follows_an_arm_past_what_is_led_by_and_under_a_sudden_push(push, speed):
+    """Whether the engine has the arm must not depend on when near pairs were listed, nor for how far."""
+    model = load_model(
+        """<mujoco><option timestep=".002" integrator="RK4" gravity="0 0 0"/><worldbody>
+        <body mocap="true"><geom size=".03"/></body>
+        <body><joint axis="0 0 1"/><geom type="box" size=".1 .01 .01" pos=".1 0 0" mass="1"/>
+        <body pos=".2 0 0"><joint axis="0 0 1"/><geom type="box" size=".1 .01 .01" pos=".1 0 0" mass=".2"/></body>
+        </body><body pos="0 .9 0"><joint type="slide"/><geom type="box" size=".05 .05 .05" mass="1"/></body>
+        </worldbody></mujoco>""",
+        [("*", "*", ContactPair(MATERIALS["steel"], MATERIALS["steel"], 0.3, 0.5))],
+    )
+    data = mujoco.MjData(model)
+    data.mocap_pos[0, 0], data.qvel[:] = 0.5, (9.0, speed, 0.1)
+    for start in range(0, 140, 4):
+        other = copy(data)
+        for one in (data, other):
+            for i in range(start, start + 4):
+                one.mocap_pos[0, :2] = 0.5 + 0.1 * np.sin(0.28 * i), 0.1 * np.cos(0.2 * i)
+                one.qfrc_applied[1] = push * np.sin(0.4 * i)
+                mujoco.mj_step(model, one)
+        assert np.array_equal(state_of(model, other), state_of(model, data)), start

@@ -24,7 +24,7 @@ MEASURED, BOUNDED = -3.0, -2.0  # values of `NEAR.checked` besides times: gap an
 # Values of `WORLD.twists`: in this substep torsion is put off, made up for, or advanced as in every one
 TWIST_LATER, TWIST_NOW, TWIST_ALWAYS = range(3)
 EDITED, RESIZED, AGED, FRESH, PUT = 1, 2, 1, 2, 2  # values of `WORLD.edited`; of `WORLD.age`; of `BODY.placed`
-LATE = 2  # value of `WORLD.denied`
+LATE, UNLISTED, WIDE = 2, 3, 2  # values of `WORLD.denied`; of `WORLD.brief`
 COASTS = 2  # value of `NEAR.active`
 PAUSE_LIMIT = 8  # steps; a power of two
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; that of a parted contact is kept until the next step
@@ -285,14 +285,16 @@ WORLD = record(
     slots="i8",  # how many slots of contacts have ever been in use: the first ones
     loose="i8",  # first body of the island that may end a window early, see `window.join_loose`; -1: none
     rested="i8", stale="i8",  # 1: no body moved in the last step; 1: near pairs must be listed anew
-    brief="i8",  # 1: a list serves for the present step alone
+    brief="i8",  # 1: a list serves for the present step alone; WIDE: a longer one was too short
     # 0: no matter; AGED: near pairs may have been listed in an earlier step, which must not show; FRESH: in this one
     age="i8",
     edited="i8",  # 0, EDITED: the user has changed bodies since the last step, RESIZED: shapes too, which may overlap
     unknowns="i8", unknown_room="i8",  # of the island that takes an implicit step; how many there is room for
     implicit="i8", solved="i8",  # counts since the start: implicit steps of islands, and factorisations for them
     kicks="i8", lists="i8",  # counts since the start: contact substeps, and lists of near pairs
-    denied="i8",  # 1: a tree that was asked does not pass, see `near.passing`; LATE: found within the step
+    # 1: a tree that was asked does not pass, see `near.passing`, or does so by what moves; UNLISTED: it may have met what
+    # is not listed; LATE: found within the step
+    denied="i8",
     deepest="f8",  # greatest overlap over the contact's radius since the start
     late="i8", latest="f8",  # contacts that were found overlapping when they closed, and the greatest such overlap [m]
     twists="i8", lost="i8",  # TWIST_LATER, TWIST_NOW or TWIST_ALWAYS; contacts for which there was no room

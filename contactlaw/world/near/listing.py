@@ -17,10 +17,10 @@ from contactlaw.world.bodies.motion import wake_body
 from contactlaw.world.contacts.touch import begin_contact, end_contact, release
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at
 from contactlaw.world.data.kinds import BOX, END, PARTS, PLANE, TANGENT
-from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED
+from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED, WIDE
 from contactlaw.world.data.vec import ZERO, add, load, norm, store, sub
 from contactlaw.world.near.guards import EXCEEDED, SLACK, has_shapes, separate, surface_speed
-from contactlaw.world.near.pairing import complete_near, list_by_parts, list_pair
+from contactlaw.world.near.pairing import WIDE_STEPS, complete_near, list_by_parts, list_pair
 from contactlaw.world.shapes.geometry import bounding_radius, centre, meet
 
 # Steps that margins last at present speeds. More where few bodies have many shapes: the cost of listing grows with the
@@ -61,7 +61,7 @@ def list_near(w):
             cores += 1 if s.kind >= BOX else -1
     have_parts = wholes < w.shape_count and cores >= 0
     lasts = PARTS_MARGIN_STEPS if have_parts else MARGIN_STEPS * max(sqrt(wholes) / w.body_count, 1.0)
-    lasts = min(lasts, BRIEF_STEPS) if w.brief != 0 else lasts
+    lasts = WIDE_STEPS if w.brief == WIDE else min(lasts, BRIEF_STEPS) if w.brief != 0 else lasts
     few = wholes - ends <= FEW
     left_out, w.left_out = w.left_out, 0
     link_contacts(w)

@@ -23,7 +23,7 @@ from contactlaw.world.contacts.touch import release_if_put_deeper
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at, tree_at, world_at
 from contactlaw.world.data.kinds import BOX
 from contactlaw.world.data.quaternion import store4
-from contactlaw.world.data.records import BOUNDED, CLOSED, LATE, MEASURED, NEVER
+from contactlaw.world.data.records import BOUNDED, CLOSED, LATE, MEASURED, NEVER, UNLISTED
 from contactlaw.world.data.saved import restore_body, save_body
 from contactlaw.world.data.tree import ASKED, DENIED, PASSES
 from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, store, sub, to_body, to_world
@@ -140,9 +140,9 @@ def find_passing(world):
 
     world: address of the `records.WORLD`. Near pairs must have their gaps and closing speeds at the start of the step,
     see `find_pressed`.
-    Sets `denied` if any does not.
+    Sets `denied` if the answer depends on the list of near pairs: UNLISTED if that holds too little.
     """
-    w = world_at(world, 0)
+    w, unlisted = world_at(world, 0), False
     w.denied = 0
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
@@ -150,7 +150,7 @@ def find_passing(world):
         if may_pass(b) and guards.has_shapes(b):
             travelled = norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
             if travelled > b.margin:
-                deny(w, b, i)
+                unlisted = deny(w, b, i) or unlisted
             if travelled + 2.0 * w.step * (norm(load(b.velocity)) + b.reach * norm(load(b.spin))) > b.margin:
                 w.stale = 1
     for k in range(w.guard_count):
@@ -162,8 +162,8 @@ def find_passing(world):
             guards.update_guard(w, g, w.step)
         g.separated = 1 if stayed_separated(w, g) else 0
         if g.separated == 0 and lead.moved + w.step * max(lead.last_speed_now, lead.speed_now) > g.limit:
-            deny(w, body_at(w.bodies, g.body_a), g.body_a)
-            deny(w, body_at(w.bodies, g.body_b), g.body_b)
+            unlisted = deny(w, body_at(w.bodies, g.body_a), g.body_a) or unlisted
+            unlisted = deny(w, body_at(w.bodies, g.body_b), g.body_b) or unlisted
     found, first = True, True
     while found:
         found = False
@@ -175,10 +175,14 @@ def find_passing(world):
                 found = deny(w, a, p.body_a) or found
                 found = deny(w, b, p.body_b) or found
         first = False
+    passing, sure = False, True
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
+        sure = sure and end_is_known(w, b, i)
         if may_pass(b):
             tree_at(b.tree, 0).passes = PASSES
+            passing = True
+    w.denied = UNLISTED if unlisted else max(w.denied, 1 if passing and not sure else 0)
 
 
 def deny_late(w, left):
