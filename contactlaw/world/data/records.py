@@ -187,7 +187,7 @@ ROW = record(
     fresh="i8",  # 1: it became a contact in this step
     slide=VECTOR,  # slip velocity of A over B at the end of a stage, see `force.advance_contact`
     closing="f8",  # speed [m/s]
-    impulse=VECTOR,  # [N s] on A by the stages solved
+    push=VECTOR, impulse=VECTOR,  # [N s] on A by the stages solved: along their normals, and in all
 )  # fmt: skip
 """A contact in an implicit step, see `implicit.step`."""
 

@@ -170,6 +170,7 @@ def begin_step(w, bodies, pairs):
         r.near = whole_at(w.island_pairs, i)
         p = near_at(w.near, r.near)
         r.slot, r.fresh = p.slot if p.closed != 0 else -1, 0
+        store(r.push, ZERO)
         store(r.impulse, ZERO)
         if r.slot >= 0:
             save_contact(w, r.slot)
@@ -310,7 +311,9 @@ def add_impulses(w, pairs, time):
     for i in range(pairs):
         r = row_at(w.rows, i)
         if r.slot >= 0:
-            store(r.impulse, axpy(time, force_of(contact_at(w.contacts, r.slot)), load(r.impulse)))
+            c = contact_at(w.contacts, r.slot)
+            store(r.push, axpy(time * c.touch.force, load(c.normal), load(r.push)))
+            store(r.impulse, axpy(time, force_of(c), load(r.impulse)))
 
 
 def finish_contact(w, r, accepted):
@@ -323,8 +326,9 @@ def finish_contact(w, r, accepted):
         restore_contact(w, r.slot)
     else:
         n, e = load(c.normal), load(c.tangent)
-        mean = scale(1.0 / w.step, load(r.impulse))  # by its force at the end, a load that shifts would work too much
-        add_work(c, 1.0, (dot(mean, n), -dot(mean, e), -dot(mean, cross(n, e))))
+        push = scale(1.0 / w.step, load(r.push))  # means: by forces at the end, a load that shifts would work too much
+        pull = axpy(-1.0 / w.step, load(r.impulse), push)  # what pushed before the normal turned is not friction
+        add_work(c, 1.0, (dot(push, n), dot(pull, e), dot(pull, cross(n, e))))
         store(c.impulse, add(load(c.impulse), load(r.impulse)))
         store(c.force, force_of(c))
         t.closing = (t.overlap - t.before) / w.step
