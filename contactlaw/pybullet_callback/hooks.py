@@ -181,12 +181,15 @@ def find_pressed(block):
 
 
 def select_pushed(block):
-    """Select the bodies to be pushed with the force of the contacts in the last step; return how many."""
+    """Select the bodies to be pushed with the force of the contacts in the last step; return how many.
+
+    Not by an impact that began in it: with its push Bullet would pass its greatest speed, and cut that of the body.
+    """
     head = rows.head_at(block, 0)
     w, head.selected_count = world_at(head.world, 0), 0
     for k in range(head.moving):
         r = rows.row_at(head.rows, k)
-        if body_at(w.bodies, k + 1).pressed == 0 or r.placed != 0:
+        if body_at(w.bodies, k + 1).pressed == 0 or r.was_pressed == 0 or r.placed != 0:
             store(r.force, (0.0, 0.0, 0.0))
             store(r.torque, (0.0, 0.0, 0.0))
         else:

@@ -7,7 +7,7 @@ off within the step, a is what `note_usual` leaves. The same holds for the spin,
 gyroscopic rate of change each reading and writing would raise the energy of what tumbles by the square of that half
 step.
 
-Bullet steps first, with the force of the contacts in the step before as a push on what is pressed. Then the world takes
+Bullet steps first, with the force of the contacts in the step before as a push (`select_pushed`). Then the world takes
 the same step with the accelerations that Bullet's step had besides that push, and pose and velocity of what contacts
 have touched, or what tumbles in free flight, are written to PyBullet (`write_bodies`). The accelerations follow from
 the change of velocity. If that of a body that was pushed is not due to gravity and the push alone, Python is asked to
