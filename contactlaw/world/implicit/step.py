@@ -232,14 +232,15 @@ def solve(w, bodies, pairs, span, previous, slides):
             moved, own = newton.evaluate_contact(w, row_at(w.rows, i), span, again)
             moving, tolerance = moved or moving, min(tolerance, own)
         residual = newton.residual_speed(w, bodies)
-        if iteration == 0 and slides and keeps_overlaps(w, pairs):
+        near = iteration > 0 or keeps_overlaps(w, pairs)
+        if iteration == 0 and slides and near:
             begun, once = LEFT * residual, time < w.step
         if not moving or (not once and residual <= max(tolerance, begun) < NEVER):
             return True
         stalls += iteration > 0 and not residual < STALL * previous
         if stalls == MAX_STALLS:
             return False
-        new = not residual < CONTRACTION * previous
+        new = not (near and residual < CONTRACTION * previous)
         contraction = CONTRACTION if new else residual / previous
         if new:
             newton.begin_matrix(w, bodies)
