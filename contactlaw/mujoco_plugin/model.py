@@ -140,7 +140,7 @@ class Model:
             "state": m.plugin_stateadr[leader], "size": m.plugin_statenum[leader], "row": self._row,
             "signature": layout.hash_of(repr(sizes).encode()),
             "content": layout.hash_of(m.plugin_attr.tobytes() + values.tobytes()),
-            "recent": np.zeros(STARTS * (1 + nq + nv)), "left": np.zeros(1 + nq + 2 * nv), "given": np.zeros(nv),
+            "recent": np.zeros(STARTS * (1 + nq + nv)), "left": np.full(1 + nq + 2 * nv, np.nan), "given": np.zeros(nv),
             "frees": with_rows(np.zeros(0, FREE), self._frees), "free_count": len(self._frees),
             "mocaps": with_rows(np.zeros(0, MOCAP), self._mocaps), "mocap_count": len(self._mocaps),
             "trees": with_rows(np.zeros(0, JOINTED), self._trees), "tree_count": len(self._trees),

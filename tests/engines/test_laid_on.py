@@ -58,16 +58,19 @@ HELD, LOOSE = '<joint axis="0 1 0"/>', "<freejoint/>"
 
 
 @pytest.mark.parametrize("joint", [HELD, LOOSE])
+@pytest.mark.parametrize("integrator", ["Euler", "RK4"])
 @pytest.mark.parametrize("timestep", [0.0005, 0.005])
-def test_a_moment_presses_where_the_centre_of_mass_does_not_accelerate(joint: str, timestep: float) -> None:
+def test_a_moment_presses_where_the_centre_of_mass_does_not_accelerate(
+    joint: str, integrator: str, timestep: float
+) -> None:
     """A balanced rotor lays a ball at its arm on a wall: the first substep was the whole step, and gave it 70 J.
 
-    The moment M is a load M L m/I on the effective mass m of the ball, as the weight above. Only under RK4 is the ball
-    at rest as the step begins: under Euler the moment has acted for half a step.
+    The moment M is a load M L m/I on the effective mass m of the ball, as the weight above. Under Euler it counted as
+    a moment that has acted for half a step before.
     """
     moment, arm, mass, inertia = 1.0, 0.1, 0.1, 2e-4
     model = load_model(
-        f"""<mujoco><option timestep="{timestep}" gravity="0 0 0" integrator="RK4"/><worldbody>
+        f"""<mujoco><option timestep="{timestep}" gravity="0 0 0" integrator="{integrator}"/><worldbody>
         <geom type="plane" size="1 1 1" pos="{RADIUS} 0 0" zaxis="-1 0 0"/><body>{joint}
         <inertial pos="0 0 0" mass="{mass}" diaginertia="{inertia} {inertia} {inertia}"/>
         <geom size="{RADIUS}" pos="0 0 {arm}"/></body></worldbody></mujoco>""",
@@ -79,6 +82,26 @@ def test_a_moment_presses_where_the_centre_of_mass_does_not_accelerate(joint: st
     load_on_it = moment / arm if joint == HELD else moment * arm / (inertia / mass + arm**2)
     found = ledger_of(model, data, *instances_of(model))
     assert found.greatest_overlap == pytest.approx(DEEPEST * (load_on_it / (MASS * GRAVITY)) ** (2.0 / 3.0), rel=1e-2)
+
+
+@pytest.mark.parametrize("arm", [0.0, 0.3])
+@pytest.mark.parametrize("integrator", ["Euler", "RK4"])
+def test_a_motor_presses_as_the_weight_does(arm: float, integrator: str) -> None:
+    """Half a step of its force counted as speed, as only gravity could lay a tree on something: 15 times as deep."""
+    joint = 'type="slide" axis="0 0 -1"' if arm == 0.0 else 'axis="0 1 0"'
+    model = load_model(
+        f"""<mujoco><option timestep="0.005" gravity="0 0 0" integrator="{integrator}"/><worldbody>
+        <geom type="plane" size="1 1 1"/><body pos="0 0 {RADIUS}"><joint name="joint" {joint}/>
+        <geom size="{RADIUS}" pos="{arm} 0 0" mass="{MASS}"/></body></worldbody>
+        <actuator><motor joint="joint"/></actuator></mujoco>""",
+        [("*", "*", PAIR)],
+    )
+    data = mujoco.MjData(model)
+    data.ctrl[0] = MASS * GRAVITY * (arm or 1.0)
+    mujoco.mj_step(model, data, 20)
+    found = ledger_of(model, data, *instances_of(model))
+    assert found.impacts == 1
+    assert found.greatest_overlap == pytest.approx(DEEPEST, rel=3e-3)
 
 
 def test_a_ball_in_mujoco_that_is_thrown_up_flies_as_without_the_law() -> None:

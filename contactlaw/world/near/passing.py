@@ -18,7 +18,7 @@ from math import sqrt
 
 from contactlaw.jit import jit_module
 from contactlaw.world.bodies.bounds import IDLE, motion_against
-from contactlaw.world.bodies.motion import closing_at, is_static, set_axes
+from contactlaw.world.bodies.motion import closing_at, is_static, load_at, set_axes
 from contactlaw.world.contacts.touch import release_if_put_deeper
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at, tree_at, world_at
 from contactlaw.world.data.kinds import BOX
@@ -84,7 +84,9 @@ def find_pressed(w):
                 p.closing = closing_at(a, arm_a, b, arm_b, n)
                 p.checked = MEASURED
                 slight = IDLE * max(a.size, b.size)
-                if overlap > slight or (overlap >= -slight and is_laid_on(w, a, b, n, p.closing, slight)):
+                if overlap > slight or (
+                    overlap >= -slight and is_laid_on(w, (a, arm_a), (b, arm_b), n, p.closing, slight)
+                ):
                     gaps_needed = placed  # others may lie on what is pressed now
                     mark_pressed(a)
                     mark_pressed(b)
@@ -93,18 +95,17 @@ def find_pressed(w):
 def is_laid_on(w, a, b, n, closing, slight):
     """Return whether the user has put a body on another, without a speed against it: then it rests, and does not fly.
 
-    What acts on them must bring them together by more than `slight` [m] in a step. n: normal from B to A.
+    What acts on them must bring them together by more than `slight` [m] in a step. a, b: bodies, and their arms to
+    where they meet; n: normal from B to A.
     """
-    if a.placed + b.placed == 0 or w.step * closing > slight:
+    if a[0].placed + b[0].placed == 0 or w.step * closing > slight:
         return False
-    return w.step * (closing + 0.5 * w.step * dot(sub(pull_on(b), pull_on(a)), n)) > slight
+    return w.step * (closing + 0.5 * w.step * dot(sub(pull_on(*b), pull_on(*a)), n)) > slight
 
 
-def pull_on(b):
-    """Return the acceleration [m/s^2] with which a body begins to fall: none if it lies on something already."""
-    if b.pressed != 0:
-        return ZERO
-    return load(tree_at(b.tree, 0).gravity) if b.tree != 0 else load(b.acceleration)
+def pull_on(b, arm):
+    """Return the acceleration [m/s^2] with which a point of a body sets out: none if it lies on something already."""
+    return ZERO if b.pressed != 0 else load_at(b, arm)
 
 
 def gap_suffices(w, p, a, b):
