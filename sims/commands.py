@@ -83,6 +83,7 @@ def _for_each_engine(run: Callable[[Scene, Mapping[str, Any]], None], scene: Sce
         ValueError: The scene cannot be run so.
     """
     if values["engine"] != BOTH[0]:
+        checks.one_of("engine", values["engine"], [*scene.engines, *scene.unable, *BOTH * _has_both(scene)])
         run(scene, values)
         return
     if not _has_both(scene):

@@ -71,7 +71,7 @@ class OverSpeedFit:
     note: str = ""
 
     def __str__(self) -> str:
-        what = f"e at {self.law.speed:.3g} m/s" if isinstance(self.law, Viscoelastic) else "yield speed [m/s]"
+        what = f"e at {self.law.speed:.3g}" if isinstance(self.law, Viscoelastic) else "yield speed"
         return f"{self.law.name}, {what} {self.number}"
 
 
@@ -175,7 +175,7 @@ class Calibration:
         if self.chi_squared is not None:
             error = f"chi^2 per degree of freedom {self.chi_squared:.2f}"
         elif self.scatter is not None:
-            error = f"points to an error of {self.scatter:.2g} m/s in each velocity"
+            error = f"points to an error of {self.scatter:.2g} in each velocity"
         law = "" if self.restitution_law is None else f"  over speed            {self.restitution_law}\n"
         return (
             f"{len(self.regimes)} impact{'s' if len(self.regimes) > 1 else ''}: {', '.join(known)}\n"
@@ -183,6 +183,6 @@ class Calibration:
             f"friction mu             {self.friction}\n"
             f"  of sliding impacts    {self.sliding_friction}\n"
             f"stiffness ratio kappa   {self.stiffness_ratio}\n"
-            f"residual of V_x2        {self.residual_rms:.2g} m/s rms; {error}\n"
+            f"residual of V_x2        {self.residual_rms:.2g} rms; {error}\n"
             f"{self.verdict}"
         )

@@ -245,5 +245,6 @@ class Building(Shapes):
             table[np.ix_(ones, twos)] = pair
             table[np.ix_(twos, ones)] = pair
         one = self._arrays.world
-        one["stale"], one["edited"] = 1, EDITED * (one["time"] > 0.0)  # a new shape may overlap what sleeps
+        # a new shape may overlap what sleeps
+        one["stale"], one["edited"] = 1, np.maximum(one["edited"], EDITED * (one["time"] > 0.0))
         return table

@@ -68,7 +68,7 @@ def sleep_if_balanced(w, bodies, pairs):
         b = body_at(w.bodies, k)
         if body_at(w.bodies, root_of(w, k)).active != STILL:
             continue
-        store(b.held, load(b.acceleration))
+        store(b.held, axpy(b.inverse_mass, load(b.torque), load(b.acceleration)))
         store(b.velocity, ZERO)
         store(b.spin, ZERO)
         store(b.momentum, ZERO)
@@ -181,10 +181,9 @@ def is_disturbed(b):
     if b.tree != 0:
         return tree_at(b.tree, 0).disturbed != 0
     held = load(b.held)
-    change = sub(load(b.acceleration), held)
+    change = sub(axpy(b.inverse_mass, load(b.torque), load(b.acceleration)), held)
     moving = dot(load(b.velocity), load(b.velocity)) + dot(load(b.spin), load(b.spin))
-    same = dot(change, change) <= SAME * SAME * dot(held, held)
-    return moving != 0.0 or not same or dot(load(b.torque), load(b.torque)) != 0.0
+    return moving != 0.0 or not dot(change, change) <= SAME * SAME * dot(held, held)
 
 
 jit_module(__name__)

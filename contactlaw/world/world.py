@@ -2,7 +2,7 @@
 
 import warnings
 from copy import deepcopy
-from math import hypot, inf
+from math import hypot
 from typing import Any, Self
 
 import numpy as np
@@ -56,8 +56,6 @@ class World(Building):
         RuntimeError: NUMBA_DISABLE_JIT is set; worlds need compiled code.
     """
 
-    _told = DEEPEST
-
     def step(self, n: int = 1) -> None:
         """Move the world by n steps of `timestep`; a `ContactWarning` tells once of overlaps too deep for Hertz.
 
@@ -68,7 +66,7 @@ class World(Building):
             RuntimeError: More shapes came near each other within one step than there was room for; or the motion is no
                 longer finite, the message then names the body that was lost first.
         """
-        left = checks.count("n", n, 0)
+        left, before = checks.count("n", n, 0), self.arrays.world["deepest"][0]
         while left > 0:
             world = self._bound_arrays().world
             made = step(world, self.timestep, left)
@@ -76,11 +74,10 @@ class World(Building):
             left = left - made if world["lost_body"][0] == 0 else 0
             if not PENDING_ERROR and left > 0:  # or it raises
                 self._arrays = with_more_room(self.arrays)
-        if self.arrays.world["deepest"][0] > self._told:
-            self._told = inf
+        if before <= DEEPEST < self.arrays.world["deepest"][0]:
             warnings.warn(TOO_DEEP.format(self.arrays.world["deepest"][0]), ContactWarning, stacklevel=2)
         if self.arrays.world["lost"][0] + self.arrays.world["left_out"][0] > 0:
-            raise RuntimeError("a step lost contacts: too many shapes came near each other in it; make it shorter")
+            raise RuntimeError("a step lost contacts: too many shapes came near each other in it; shorten timestep")
         finite = np.isfinite(self.arrays.bodies["position"]).all(1)
         if not finite.all():
             b = self.arrays.bodies[lost := int(self.arrays.world["lost_body"][0])]

@@ -271,3 +271,9 @@ def test_off_a_terminal_a_bar_is_a_line_now_and_then(
         for _ in progress.track(range(4), description="throws", update_period=0.01):
             time.sleep(0.03)
     assert re.search(r"throws: \d+ %", capsys.readouterr().err)
+
+
+def test_another_engine_is_refused_with_all_that_there_are():
+    finished = CliRunner().invoke(app, ["superball", "--engine", "other"], env={"COLUMNS": "300", "TERM": "dumb"})
+    assert finished.exit_code == 2
+    assert "must be one of mujoco, pybullet, none, both" in " ".join(finished.output.split())

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from contactlaw import ContactPair
 from contactlaw.world import World
 from sims.heap import DEFAULT, poured
 from sims.scene import NONE, Settings
@@ -160,3 +161,19 @@ def test_a_ball_sleeps_by_steps_of_a_third_of_an_impact(restitution: float) -> N
                   timestep=2.31e-4)  # fmt: skip
     world.step(5000)
     assert world.asleep.all()
+
+
+def test_what_a_constant_torque_turns_against_friction_sleeps_on() -> None:
+    """A torque of 0.02 N m about the normal, less than friction's moment; by it alone the box woke in each step."""
+    world = World(timestep=2e-3)
+    body = world.add_body(1.0, 4e-4, (0.0, 0.0, 0.02))
+    pair = ContactPair("rubber", "rubber", friction=0.8, restitution=0.3)
+    world.add_contact(world.add_box(body, (0.02, 0.02, 0.02)), world.add_plane(None, *FLOOR), pair)
+    world.apply_force(body, torque=(0.0, 0.0, 0.02))
+    world.step(500)
+    for _ in range(20):
+        world.step()
+        assert world.asleep[body]
+    world.apply_force(body, torque=(0.0, 0.0, 0.5))
+    world.step(5)
+    assert not world.asleep[body] and world.spin[body, 2] > 1.0

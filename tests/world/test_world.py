@@ -296,9 +296,13 @@ def test_a_body_that_is_faster_than_any_is_refused() -> None:
 @pytest.mark.parametrize("steps", [1, 3])
 @pytest.mark.parametrize(("speed", "told"), [(80.0, False), (160.0, True)])
 def test_a_warning_tells_once_of_overlaps_too_deep_for_hertz(speed: float, told: bool, steps: int) -> None:
-    """Also of an impact that begins and ends in a step; at 80 m/s the overlap is 0.08 of the radius, at 160 0.14."""
-    made = balls(steel_pair(), [[0.0, 0.0, RADIUS]], [[0.0, 0.0, -speed]], planes=[FLOOR])
-    for expected in (told, False):
+    """Also of an impact that begins and ends in a step; at 80 m/s the overlap is 0.08 of the radius, at 160 0.14. And
+    not of those before a state that is restored into another world."""
+    made, other = (balls(steel_pair(), [[0.0, 0.0, RADIUS]], [[0.0, 0.0, -speed]], planes=[FLOOR]) for _ in range(2))
+    for expected in (told, False, False):
+        if made.time > steps * made.timestep:
+            other.restore(made.save())
+            made = other
         with warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")
             made.step(steps)

@@ -59,7 +59,7 @@ BODY = record(
     done="i8",  # 1: its step is over; FOLLOWS: and it is where the engine has it, see `near.passing`
     unknown="i8",  # index of its first velocity among the unknowns of an implicit step; -1: none
     pause="i8", last_pause="i8",  # steps for which no implicit step is tried with it, < PAUSE_LIMIT: left, and in all
-    asleep="i8", held=VECTOR,  # acceleration when it fell asleep; in a tree see `trees.mobility.stop`
+    asleep="i8", held=VECTOR,  # acceleration as it fell asleep, by a torque as by a force at 1 m; in a tree see `stop`
     changed="i8",  # 1: its velocity has changed, so that times of impact predicted with it no longer hold
     pressed="i8",  # 1: it is in contact, as found between two steps for engines' adapters, see `near.passing`
     delta_v="f8",  # [m/s] by which impacts may change the velocity of its surface within a window, at most

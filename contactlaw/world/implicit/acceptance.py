@@ -176,21 +176,18 @@ def changes_regime(w, pairs):
 
 
 def gains(w, pairs, gain, size):
-    """Return whether the gain [J] of an island in a step is more than steps before have lost as its bodies turned.
+    """Return whether an island's gain [J] in a step is more than steps before have lost as bodies turned; size: of it.
 
-    What rocks loses and gains in turn, by errors of third order in the angle. If only steps that lose were taken, it
-    would come to rest. So a contact of the island notes what may be given back: of each loss at most P arm angle^2.
-    size: as `energy` returns it.
+    What rocks loses and gains in turn, by errors of third order: if only steps that lose were taken, it would come to
+    rest. So a contact of the island notes what may be given back, of each loss at most P arm angle^2.
     """
     back, most, slot = -gain, 0.0, -1
     for i in range(pairs):
         r = row_at(w.rows, i)
         if r.slot >= 0:
-            slot = r.slot
-            c = contact_at(w.contacts, slot)
-            for k, arm in ((c.body_a, c.arm_a), (c.body_b, c.arm_b)):
-                b = body_at(w.bodies, k)
-                most += c.touch.force * norm(load(arm)) * dot(load(b.twist), load(b.twist)) if b.oriented != 0 else 0.0
+            slot, c = r.slot, contact_at(w.contacts, r.slot)
+            for b, arm in ((body_at(w.bodies, c.body_a), c.arm_a), (body_at(w.bodies, c.body_b), c.arm_b)):
+                most += b.oriented * c.touch.force * norm(load(arm)) * dot(load(b.twist), load(b.twist))
             back, c.owed = back + c.owed, 0.0
     if slot >= 0:
         contact_at(w.contacts, slot).owed = max(min(back, back + gain + most), 0.0)

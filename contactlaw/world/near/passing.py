@@ -95,17 +95,13 @@ def find_pressed(w):
 def is_laid_on(w, a, b, n, closing, slight):
     """Return whether the user has put a body on another, without a speed against it: then it rests, and does not fly.
 
-    What acts on them must bring them together by more than `slight` [m] in a step. a, b: bodies, and their arms to
-    where they meet; n: normal from B to A.
+    What acts on them must bring them together by more than `slight` [m] in a step. What is pressed already does not set
+    out. a, b: bodies, and their arms to where they meet; n: normal from B to A.
     """
     if a[0].placed + b[0].placed == 0 or w.step * closing > slight:
         return False
-    return w.step * (closing + 0.5 * w.step * dot(sub(pull_on(*b), pull_on(*a)), n)) > slight
-
-
-def pull_on(b, arm):
-    """Return the acceleration [m/s^2] with which a point of a body sets out: none if it lies on something already."""
-    return ZERO if b.pressed != 0 else load_at(b, arm)
+    pull_a, pull_b = (load_at(*a) if a[0].pressed == 0 else ZERO), (load_at(*b) if b[0].pressed == 0 else ZERO)
+    return w.step * (closing + 0.5 * w.step * dot(sub(pull_b, pull_a), n)) > slight
 
 
 def gap_suffices(w, p, a, b):
