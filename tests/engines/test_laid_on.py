@@ -87,7 +87,7 @@ def test_a_moment_presses_where_the_centre_of_mass_does_not_accelerate(
 @pytest.mark.parametrize("arm", [0.0, 0.3])
 @pytest.mark.parametrize("integrator", ["Euler", "RK4"])
 def test_a_motor_presses_as_the_weight_does(arm: float, integrator: str) -> None:
-    """Half a step of its force counted as speed, as only gravity could lay a tree on something: 15 times as deep."""
+    """Half a step of its force counted as speed, as only gravity could lay a tree on something: 4 times as deep."""
     joint = 'type="slide" axis="0 0 -1"' if arm == 0.0 else 'axis="0 1 0"'
     model = load_model(
         f"""<mujoco><option timestep="0.005" gravity="0 0 0" integrator="{integrator}"/><worldbody>

@@ -287,7 +287,7 @@ def test_an_ellipsoid_that_turns_onto_its_long_side_gains_nothing(timestep: floa
 @pytest.mark.parametrize("timestep", [2e-3, 5e-3])
 def test_an_ellipsoid_that_rocks_keeps_its_energy(timestep: float) -> None:
     """Rolling does no work. Implicit steps that gained were made again by substeps, so that those that lose were left:
-    2.6 and 13 % in two seconds. And where they begin deep, Newton's method did not converge, see `implicit.step`."""
+    2.6 and 12 % in two seconds. And where they begin deep, Newton's method did not converge, see `implicit.step`."""
     half, tilt, world = np.array([0.06, 0.03, 0.012]), 0.1, World(timestep=timestep)
     mass = DENSITY * 4.0 / 3.0 * np.pi * np.prod(half)
     inertia, place = (
