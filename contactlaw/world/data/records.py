@@ -293,8 +293,8 @@ WORLD = record(
     unknowns="i8", unknown_room="i8",  # of the island that takes an implicit step; how many there is room for
     implicit="i8", solved="i8",  # counts since the start: implicit steps of islands, and factorisations for them
     kicks="i8", lists="i8",  # counts since the start: contact substeps, and lists of near pairs
-    # 1: a tree that was asked does not pass, see `near.passing`, or does so by what moves; UNLISTED: it may have met what
-    # is not listed; LATE: found within the step
+    # 1: a tree that was asked does not pass, see `near.passing`, or only beside what moves; UNLISTED: it may have met
+    # what is not listed; LATE: found within the step
     denied="i8",
     deepest="f8",  # greatest overlap over the contact's radius since the start
     late="i8", latest="f8",  # contacts that were found overlapping when they closed, and the greatest such overlap [m]

@@ -26,6 +26,7 @@ from contactlaw.world.shapes.geometry import bounding_radius, centre, meet
 # Steps that margins last at present speeds. More where few bodies have many shapes: the cost of listing grows with the
 # shapes, that of going through the list in each window with the bodies.
 MARGIN_STEPS = 4.0
+TREE_MARGIN_STEPS = 2.0  # the same where most of many shapes belong to trees: their speed bounds are wide
 PARTS_MARGIN_STEPS = 16.0  # the same where most shapes have parts: guards tell cheaply which of these are near
 BRIEF_STEPS = 1.0  # the same where a list serves for one step, see `WORLD.brief`
 # Bodies among which margins last one step: each step has many windows, and each goes through the list. These margins
@@ -52,17 +53,18 @@ def list_near(w):
 
     The margins are for several steps, or for one step if the arrays are too small for that many near pairs.
     """
-    wholes, ends, cores = 0, 0, 0  # cores: by how many they outnumber round shapes
+    wholes, ends, cores, jointed = 0, 0, 0, 0  # cores: by how many they outnumber round shapes; jointed: those of trees
     for i in range(w.whole_count):
         s = shape_at(w.shapes, i)
         wholes += 0 if is_part(s) else 1
+        jointed += 1 if not is_part(s) and body_at(w.bodies, s.body).tree != 0 else 0
         ends += 1 if s.kind == END else 0
         if not is_part(s) and s.kind != END and s.kind < PLANE:
             cores += 1 if s.kind >= BOX else -1
-    have_parts = wholes < w.shape_count and cores >= 0
-    lasts = PARTS_MARGIN_STEPS if have_parts else MARGIN_STEPS * max(sqrt(wholes) / w.body_count, 1.0)
+    have_parts, few = wholes < w.shape_count and cores >= 0, wholes - ends <= FEW
+    steps = TREE_MARGIN_STEPS if 2 * jointed > wholes and not few else MARGIN_STEPS
+    lasts = PARTS_MARGIN_STEPS if have_parts else steps * max(sqrt(wholes) / w.body_count, 1.0)
     lasts = WIDE_STEPS if w.brief == WIDE else min(lasts, BRIEF_STEPS) if w.brief != 0 else lasts
-    few = wholes - ends <= FEW
     left_out, w.left_out = w.left_out, 0
     link_contacts(w)
     list_within(w, lasts if w.body_count <= MANY_BODIES else 1.0, few)
