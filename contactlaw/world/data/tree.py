@@ -32,7 +32,7 @@ TREE = record(
     x="u8",  # (v_size,), argument and result of these functions
     pending="u8", kicked="i8",  # (v_size,), generalised impulses not yet applied to v; 1: there are some
     kick_v="u8",  # (v_size,), change of v by impulses since its last drift
-    factor="u8",  # (v_size, v_size), see `trees.dynamics`
+    factor="u8", path="u8",  # (v_size, v_size), see `trees.dynamics`; the axes that each row has entries of, as whole
     # soft limits and dry friction that act in this step; their rows J, (.., v_size); L^-T J^T, see `limits.answer`
     limits="u8", limited="i8", rows="u8", answers="u8",
     room="u8",  # q_size + 3 v_size, scratch
@@ -115,5 +115,5 @@ def numbers_of(tree: Any) -> dict[str, int]:
     rows |= {"limits": (LIMIT, most)}
     one = dict.fromkeys(("v", "a", "f", "v_f", "x", "pending", "kick_v"), v)
     own = {name: int(count) * kind.itemsize // 8 for name, (kind, count) in rows.items()}
-    sizes = dict.fromkeys(("d", "springs", "e", "factor"), v * v) | dict.fromkeys(("rows", "answers"), most * v)
+    sizes = dict.fromkeys(("d", "springs", "e", "factor", "path"), v * v) | dict.fromkeys(("rows", "answers"), most * v)
     return {"q": q} | one | sizes | {"room": q + 3 * v, "start": q + v} | own

@@ -7,9 +7,9 @@ Definite Systems, 1981, chapter 4), so that the cost of a chain of bodies is pro
 
 from typing import NamedTuple
 
-from contactlaw.jit import jit_inline, jit_module, jit_of_sums
+from contactlaw.jit import jit_inline, jit_module
 from contactlaw.world.data.records import Array
-from contactlaw.world.trees.kinematics import vector
+from contactlaw.world.trees.kinematics import add_multiple, vector
 
 LARGEST = 384  # unknowns; memory grows with the square
 
@@ -67,13 +67,6 @@ def factorise(w):
             row[k] *= h[k, k]
             add_multiple(row, -row[k], h[k], k + 1, int(last[k]) + 1)
         row[i] = 1.0 / row[i]
-
-
-@jit_of_sums
-def add_multiple(row, factor, other, start, end):
-    """Add a multiple of a part of another row to a row."""
-    for j in range(start, end):
-        row[j] += factor * other[j]
 
 
 def substitute(w):

@@ -20,10 +20,11 @@ is not in them.
 
 from math import sqrt
 
-from contactlaw.jit import jit_module
+from contactlaw.jit import jit_module, jit_of_sums
+from contactlaw.memory import whole_at
 from contactlaw.world.data.access import axis_at, body_at, limit_at, link_at
 from contactlaw.world.data.vec import ZERO, add, cross, dot, load, scale, store, sub, to_world
-from contactlaw.world.trees.kinematics import displace, response_of, vector
+from contactlaw.world.trees.kinematics import add_multiple, displace, response_of, vector
 
 # Rate of damping times a group of substeps up to which velocities that the midpoint rule reverses, at the ratio
 # (1 - x/2)/(1 + x/2), are at most half as large
@@ -48,18 +49,16 @@ def accelerate(t):
             a[k] -= dot(e, moment) + dot(s, force)
             linear = add(scale(link.composite_mass, s), cross(e, offset))
             angular = add(to_world(tensor, e), cross(offset, s))
-            p = axis.depth
             axis.inertia = axis.armature + held[k, k] + dot(e, angular) + dot(s, linear) + t.lag * d[k, k]
-            m[k, p] = axis.inertia = axis.inertia + square * springs[k, k]
-            j, carrier = axis.parent, axis.carrier
-            while j >= 0:
+            m[k, axis.depth] = axis.inertia = axis.inertia + square * springs[k, k]
+            carrier, path = axis.carrier, path_of(t, k)
+            for p in range(axis.depth - 1, -1, -1):
+                j = whole_at(path, p)
                 one = axis_at(t.axes, j)
-                p -= 1
                 m[k, p] = 0.0 if t.coupled == 0 else t.lag * d[k, j] + square * springs[k, j] + held[k, j]
                 if j == carrier:
                     m[k, p] = m[k, p] + dot(load(one.spin), angular) + dot(load(one.velocity), linear)
                     carrier = one.carrier
-                j = one.parent
         if link.parent >= 0:
             parent = link_at(t.links, link.parent)
             store(parent.force, add(load(parent.force), force))
@@ -172,31 +171,27 @@ def factorise(t):
     m = vector(t.factor, (t.v_size, t.v_size))
     for k in range(t.v_size - 1, -1, -1):
         axis = axis_at(t.axes, k)
-        p = axis.depth
-        axis.inverse = 1.0 / m[k, p]
-        i = axis.parent
-        while i >= 0:
-            p -= 1
+        axis.inverse = 1.0 / m[k, axis.depth]
+        for p in range(axis.depth - 1, -1, -1):
             part = m[k, p] * axis.inverse
-            for j in range(p + 1):
-                m[i, j] -= part * m[k, j]
+            add_multiple(m[whole_at(path_of(t, k), p)], -part, m[k], 0, p + 1)
             m[k, p] = part
-            i = axis_at(t.axes, i).parent
     for i in range(t.limited):
         limit_at(t.limits, i).mobility = 0.0
+
+
+def path_of(t, k):
+    """Return the address of the axes that row k of the factor has entries of, the root's first."""
+    return t.path + 8 * t.v_size * k
 
 
 def solve_lt(t, x, k, every):
     """x <- L^-T x. every: for all axes from k down, else only for k and those that carry it."""
     m = vector(t.factor, (t.v_size, t.v_size))
     while k >= 0:
-        axis = axis_at(t.axes, k)
-        i, p, own = axis.parent, axis.depth, x[k]
-        if own != 0.0:
-            while i >= 0:
-                p -= 1
-                x[i] -= m[k, p] * own
-                i = axis_at(t.axes, i).parent
+        axis, path, own = axis_at(t.axes, k), path_of(t, k), x[k]
+        for p in range(axis.depth if own != 0.0 else 0):
+            x[whole_at(path, p)] -= m[k, p] * own
         k = k - 1 if every else axis.parent
 
 
@@ -205,12 +200,16 @@ def solve_ld(t, x):
     m = vector(t.factor, (t.v_size, t.v_size))
     for k in range(t.v_size):
         axis = axis_at(t.axes, k)
-        i, p, own = axis.parent, axis.depth, x[k] * axis.inverse
-        while i >= 0:
-            p -= 1
-            own -= m[k, p] * x[i]
-            i = axis_at(t.axes, i).parent
-        x[k] = own
+        x[k] = x[k] * axis.inverse - sum_along(path_of(t, k), axis.depth, m[k], x)
+
+
+@jit_of_sums
+def sum_along(path, count, row, x):
+    """Return the sum of products of the first entries of a row of L with the x of their axes, see `path_of`."""
+    out = 0.0
+    for p in range(count):
+        out += row[p] * x[whole_at(path, p)]
+    return out
 
 
 def solve(t, x):
@@ -232,19 +231,20 @@ def bound_decay(t):
     for k in range(n):
         sums[k], stiff[k] = 0.0, 0.0
     for k in range(n):
-        coupled, own = 1.0, d[k, k]
+        path, count, coupled, own = path_of(t, k), axis_at(t.axes, k).depth + 1, 1.0, d[k, k]
         if own + springs[k, k] > 0.0:
-            for i in range(k):
-                x[i] = 0.0
+            for i in range(k if t.coupled != 0 else 0):
                 coupled += 1.0 if d[k, i] != 0.0 or springs[k, i] != 0.0 else 0.0
-            most, x[k], total, i = max(most, coupled), 1.0, 0.0, k
+            for p in range(count):
+                x[whole_at(path, p)] = 0.0
+            most, x[k], total = max(most, coupled), 1.0, 0.0
             solve_lt(t, x, k, False)
-            while i >= 0:
-                other = axis_at(t.axes, i)
-                x[i] = abs(x[i]) * sqrt(other.inverse)
+            for p in range(count):
+                i = whole_at(path, p)
+                x[i] = abs(x[i]) * sqrt(axis_at(t.axes, i).inverse)
                 total += x[i]
-                i = other.parent
-            for i in range(k + 1):
+            for p in range(count):
+                i = whole_at(path, p)
                 sums[i] += own * total * x[i]
                 stiff[i] += springs[k, k] * total * x[i]
     t.decay, t.stiffness = 0.0, 0.0

@@ -11,7 +11,7 @@ from math import cos, sin
 
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
-from contactlaw.jit import jit_module
+from contactlaw.jit import jit_module, jit_of_sums
 from contactlaw.memory import doubles_at
 from contactlaw.world.bodies.motion import set_axes
 from contactlaw.world.data.access import axis_at, body_at, joint_at, link_at
@@ -23,6 +23,13 @@ from contactlaw.world.data.vec import ZERO, add, axpy, cross, load, store, sub
 def vector(address, size):
     """Return the numbers at an address as an array; size: its length or shape."""
     return carray(doubles_at(address), size)
+
+
+@jit_of_sums
+def add_multiple(row, factor, other, start, end):
+    """Add a multiple of a part of another row to a row."""
+    for j in range(start, end):
+        row[j] += factor * other[j]
 
 
 def is_pressed(t):

@@ -21,10 +21,12 @@ at the end of a stage. A limit that does not push resists changes by contacts on
 mass would drive what has been knocked off it, and moves away.
 """
 
-from contactlaw.jit import jit_module
+from math import sqrt
+
+from contactlaw.jit import jit_module, jit_of_sums
 from contactlaw.world.data.access import axis_at, limit_at
 from contactlaw.world.trees.dynamics import row_of, solve_ld, solve_lt
-from contactlaw.world.trees.kinematics import displace, vector
+from contactlaw.world.trees.kinematics import add_multiple, displace, vector
 
 HELD = -1  # value of `LIMIT.reached`: dry friction of a tree that no contact has kicked in this step
 SWEEPS, SETTLED = 100, 1e-3  # at most; share of its impulse by which a row may be off after the last
@@ -40,15 +42,24 @@ def along(t, i, x):
 
 def answer(t, i, z):
     """Return the speed along a limit, y P^-1 z, by impulses whose sum times their rows y is z."""
-    limit, row, y, out = limit_at(t.limits, i), row_of(t, t.rows, i), row_of(t, t.answers, i), 0.0
+    limit, row, y = limit_at(t.limits, i), row_of(t, t.rows, i), row_of(t, t.answers, i)
     if limit.mobility == 0.0:  # of a new factor
         for k in range(limit.end):
             y[k] = row[k] if k >= limit.first else 0.0
         solve_lt(t, y, limit.end - 1, limit.end > limit.first + 1)
         for k in range(limit.end):
-            limit.mobility += y[k] * axis_at(t.axes, k).inverse * y[k]
-    for k in range(limit.end):
-        out += y[k] * axis_at(t.axes, k).inverse * z[k]
+            if y[k] != 0.0:
+                y[k] *= sqrt(axis_at(t.axes, k).inverse)
+                limit.mobility += y[k] * y[k]
+    return product(y, z, limit.end)
+
+
+@jit_of_sums
+def product(x, y, count):
+    """Return the product of the first entries of two vectors."""
+    out = 0.0
+    for k in range(count):
+        out += x[k] * y[k]
     return out
 
 
@@ -93,14 +104,14 @@ def find(t, change, time, ahead, kicks):
                     due = min(due, time * (limit.friction - limit.force))
             more, limit.given, y = due - limit.given, due, row_of(t, t.answers, i)
             changed += 1 if abs(more) > SETTLED * abs(due + time * limit.force) else 0
-            for k in range(limit.end if more != 0.0 else 0):
-                z[k] += more * y[k]
+            add_multiple(z, more, y, 0, limit.end if more != 0.0 else 0)
         if changed < 2:
             break
+    for k in range(n if active > 0 else 0):
+        z[k] /= sqrt(axis_at(t.axes, k).inverse)
     if active > 0:
         solve_ld(t, z)
-    for k in range(n if active > 0 else 0):
-        change[k] += z[k]
+        add_multiple(change, 1.0, z, 0, n)
     for i in range(t.limited):
         limit = limit_at(t.limits, i)
         if kicks:

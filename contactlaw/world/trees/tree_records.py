@@ -114,8 +114,10 @@ class TreeRecords:
             if before[k]:
                 parent = self.axes["parent"][k] = max(before[k])
                 before[parent] |= before[k] - {parent}
+        self.path = np.zeros((len(before), len(before)), np.int64)
         for k, parent in enumerate(self.axes["parent"].tolist()):
-            self.axes["depth"][k] = 0 if parent < 0 else self.axes["depth"][parent] + 1
+            depth = self.axes["depth"][k] = 0 if parent < 0 else self.axes["depth"][parent] + 1
+            self.path[k], self.path[k, depth] = self.path[parent], k
 
     def _weigh(self, model: Any, bodies: list[int]) -> None:
         """Set mass, centre of mass and principal axes of each link, from all bodies merged in it."""
@@ -165,6 +167,7 @@ class TreeRecords:
         """Write the records, the reference coordinates and the damping into the arrays of a tree of the world."""
         for name, rows in (("links", self.links), ("joints", self.joints), ("axes", self.axes)):
             numbers(world, number, name).view(rows.dtype)[:] = rows
+        numbers(world, number, "path").view(np.int64)[:] = self.path.ravel()
         numbers(world, number, "q")[:] = self.start
         count = self.axes.size
         numbers(world, number, "d").reshape(count, count)[range(count), range(count)] = self.damping
