@@ -34,10 +34,8 @@ SWEEPS, SETTLED = 100, 1e-3  # at most; share of its impulse by which a row may 
 
 def along(t, i, x):
     """Return J x of a limit."""
-    limit, row, out = limit_at(t.limits, i), row_of(t, t.rows, i), 0.0
-    for k in range(limit.first, limit.end):
-        out += row[k] * x[k]
-    return out
+    limit = limit_at(t.limits, i)
+    return product(row_of(t, t.rows, i), x, limit.first, limit.end)
 
 
 def answer(t, i, z):
@@ -51,14 +49,14 @@ def answer(t, i, z):
             if y[k] != 0.0:
                 y[k] *= sqrt(axis_at(t.axes, k).inverse)
                 limit.mobility += y[k] * y[k]
-    return product(y, z, limit.end)
+    return product(y, z, 0, limit.end)
 
 
 @jit_of_sums
-def product(x, y, count):
-    """Return the product of the first entries of two vectors."""
+def product(x, y, start, end):
+    """Return the product of the same part of two vectors."""
     out = 0.0
-    for k in range(count):
+    for k in range(start, end):
         out += x[k] * y[k]
     return out
 

@@ -9,6 +9,7 @@ With q the generalised coordinates, v the velocities, M(q) = L^T D L the mass ma
 from math import sqrt
 
 from contactlaw.jit import jit_module
+from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import LEAST_MOBILITY, mobility_bound
 from contactlaw.world.data.access import axis_at, body_at, link_at, tree_at
 from contactlaw.world.data.call import call_on_tree
@@ -217,14 +218,11 @@ def write_masses(b):
     t = tree_at(b.tree, 0)
     m, out = vector(t.factor, (t.v_size, t.v_size)), vector(t.weights, (t.v_size, t.stride))
     for k in range(t.v_size):
-        i, p, pivot = k, axis_at(t.axes, k).depth, 1.0 / axis_at(t.axes, k).inverse
-        while i >= 0:
-            left = pivot * (1.0 if i == k else m[k, p])
-            j, q = k, axis_at(t.axes, k).depth
-            while j >= 0:
-                out[i, j] += left * (1.0 if j == k else m[k, q])
-                j, q = axis_at(t.axes, j).parent, q - 1
-            i, p = axis_at(t.axes, i).parent, p - 1
+        path, last, pivot = dynamics.path_of(t, k), axis_at(t.axes, k).depth, 1.0 / axis_at(t.axes, k).inverse
+        for p in range(last + 1):
+            left = pivot * (1.0 if p == last else m[k, p])
+            for q in range(last + 1):
+                out[whole_at(path, p), whole_at(path, q)] += left * (1.0 if q == last else m[k, q])
 
 
 def add_damping(b):
@@ -278,18 +276,11 @@ def weigh(t, x):
     """x <- M x, M = L^T D L."""
     m, n = vector(t.factor, (t.v_size, t.v_size)), t.v_size
     for k in range(n - 1, -1, -1):  # D L
-        i, p = axis_at(t.axes, k).parent, axis_at(t.axes, k).depth
-        while i >= 0:
-            p -= 1
-            x[k] += m[k, p] * x[i]
-            i = axis_at(t.axes, i).parent
-        x[k] /= axis_at(t.axes, k).inverse
+        axis = axis_at(t.axes, k)
+        x[k] = (x[k] + dynamics.sum_along(dynamics.path_of(t, k), axis.depth, m[k], x)) / axis.inverse
     for k in range(n):  # L^T
-        i, p = axis_at(t.axes, k).parent, axis_at(t.axes, k).depth
-        while i >= 0:
-            p -= 1
-            x[i] += m[k, p] * x[k]
-            i = axis_at(t.axes, i).parent
+        for p in range(axis_at(t.axes, k).depth):
+            x[whole_at(dynamics.path_of(t, k), p)] += m[k, p] * x[k]
 
 
 def take_middle(b):
