@@ -62,6 +62,7 @@ def move_world(head, w, state, again):
             w.stale, w.brief = 1, 1  # what is listed near it decides which trees pass: it must be what is near now
     for i in range(head.mocap_count):
         free.read_mocap(head, i, shifted(state.ctypes.data, PUSH + 2 * head.nv))
+    new = w.stale != 0 and w.brief == 1
     run_trees(head, FIND)
     if head.tree_count == 0 and head.mocap_count == 0 and is_at_rest(w):
         for i in range(head.free_count):
@@ -70,16 +71,12 @@ def move_world(head, w, state, again):
         return ASLEEP
     if head.calm != 0 and is_edited(head):
         return EDITED
-    lists = w.lists
-    call_step(address(w, STEP), w, head.step_size, FIND_PRESSED)
-    run_trees(head, MOVE)
-    for brief in (0, WIDE):  # whether a tree passes must not depend on when near pairs were listed
-        if w.denied == UNLISTED or (w.denied != 0 and w.lists == lists):
-            w.stale, w.brief = 1, brief
-            run_trees(head, FIND)
-            call_step(address(w, STEP), w, head.step_size, FIND_PRESSED)
-            run_trees(head, MOVE)
-            w.stale = 1 if brief == WIDE else w.stale  # such a list is long
+    find_moves(head, w)
+    if w.denied != 0 and not new:  # whether a tree passes must not depend on when, or how widely, pairs were listed
+        find_moves_anew(head, w, 1)
+    if w.denied == UNLISTED:
+        find_moves_anew(head, w, WIDE)
+        w.stale, w.brief = 1, 1  # such a list is long
     idle = not has_contacts(w) and checksums(head).left == 0.0  # nor at the end of the last step, which has stored it
     if run_trees(head, READ) and head.free_count + head.mocap_count == 0 and idle:
         return MOVED
@@ -101,6 +98,19 @@ def move_world(head, w, state, again):
     for k in range(w.nears if alone else 0):
         free.reduce_clearance(head, w, near_at(w.near, k))
     return MOVED
+
+
+def find_moves(head, w):
+    """Find what presses at the start of the step, and which trees pass by everything in it."""
+    call_step(address(w, STEP), w, head.step_size, FIND_PRESSED)
+    run_trees(head, MOVE)
+
+
+def find_moves_anew(head, w, brief):
+    """Find this with a new list of near pairs; brief: see `WORLD.brief`."""
+    w.stale, w.brief = 1, brief
+    run_trees(head, FIND)
+    find_moves(head, w)
 
 
 def step_world(head):

@@ -124,13 +124,13 @@ def find_tree(head, j, t):
     if w.stale != 0 or j.there != (SLEEPS if asleep else PASSES):  # stale: the motion may be forgotten
         for i in range(t.count):
             forget_motion_of(body_at(t.bodies, i))
-        if placed != 0:  # what acts on it may press it on what it lies on
-            set_bodies(head, j, t, (places_in(head, head.start)[0], d.qacc))
-            for i in range(t.count):
-                b = body_at(t.bodies, i)
-                store(b.acceleration, load(b.velocity))
-                store(b.turning, load(b.spin))
-        set_bodies(head, j, t, places_in(head, head.start))
+        coordinates, velocities = places_in(head, head.start)
+        set_bodies(head, j, t, (coordinates, d.qacc))  # which may press it on what it lies on
+        for i in range(t.count):
+            b = body_at(t.bodies, i)
+            store(b.acceleration, load(b.velocity))
+            store(b.turning, load(b.spin))
+        set_bodies(head, j, t, (coordinates, velocities))
     t.passes, j.there = (DENIED, SLEEPS) if asleep else (ASKED, ASKED)
     if w.denied == LATE or is_pushed(head, j, t):
         t.passes = DENIED

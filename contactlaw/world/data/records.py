@@ -170,7 +170,6 @@ CONTACT = record(
     initial_overlap="f8",  # [m] overlap that counts as none, as found at first contact, see `touch.begin_contact`
     neighbours="f8",  # closing acceleration [m/s^2] by loads and springs of other contacts, see `contacts.leapfrog`
     closing_acceleration="f8",  # mean closing acceleration over it [m/s^2]
-    owed="f8",  # energy [J] that implicit steps have taken by turning, and may give back, see `acceptance.gains`
     end_weight="f8",  # additional weight of the force at the ends of an impact, in substeps, see `contacts.leapfrog`
     normal=VECTOR, tangent=VECTOR, arm_a=VECTOR, arm_b=VECTOR,
     force=VECTOR,  # force on A [N]

@@ -18,7 +18,7 @@ from contactlaw.world.near.time_of_impact import find_gap
 from contactlaw.world.shapes.core import CROWN
 
 MAX_WHIRL = 0.01  # [rad] by which the deepest point of a disc may run round its rim in an implicit step
-ENERGY_GAIN = 1e-6  # of an island's energy: what a step may add that gives nothing back
+ENERGY_GAIN = 1e-6  # of an island's energy: what rounding and the error of a second-order step may add
 MANY, WORTH = 128, 16.0  # unknowns from which substeps are cheaper, unless a step has so many `resting_duration`
 LARGEST_TURN = 0.1  # [rad] of a body with shapes off its centre in an implicit step
 LEAST_TURN = 1e-5  # [rad] of a body in contact in a step, from which islands with trees take two stages
@@ -173,25 +173,6 @@ def changes_regime(w, pairs):
             if c.torsion.moment * r.slide[2] < 0.0 and force.twist_slips(now, c.moved[2]):
                 return True
     return False
-
-
-def gains(w, pairs, gain, size):
-    """Return whether an island's gain [J] in a step is more than steps before have lost as bodies turned; size: of it.
-
-    What rocks loses and gains in turn, by errors of third order: if only steps that lose were taken, it would come to
-    rest. So a contact of the island notes what may be given back, of each loss at most P arm angle^2.
-    """
-    back, most, slot = -gain, 0.0, -1
-    for i in range(pairs):
-        r = row_at(w.rows, i)
-        if r.slot >= 0:
-            slot, c = r.slot, contact_at(w.contacts, r.slot)
-            for b, arm in ((body_at(w.bodies, c.body_a), c.arm_a), (body_at(w.bodies, c.body_b), c.arm_b)):
-                most += b.oriented * c.touch.force * norm(load(arm)) * dot(load(b.twist), load(b.twist))
-            back, c.owed = back + c.owed, 0.0
-    if slot >= 0:
-        contact_at(w.contacts, slot).owed = max(min(back, back + gain + most), 0.0)
-    return back < -ENERGY_GAIN * size
 
 
 def energy(w, bodies, pairs):

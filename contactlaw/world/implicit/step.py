@@ -35,7 +35,7 @@ from contactlaw.world.data.records import AGED, NEVER, PAUSE_LIMIT
 from contactlaw.world.data.saved import restore_body, restore_contact, save_body, save_contact, saved_body
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub
 from contactlaw.world.implicit import newton
-from contactlaw.world.implicit.acceptance import changes_regime, energy, gains, is_persistent, motion_of
+from contactlaw.world.implicit.acceptance import ENERGY_GAIN, changes_regime, energy, is_persistent, motion_of
 from contactlaw.world.implicit.equations import equations_of, factorise, substitute
 from contactlaw.world.sleep import fall_asleep, wake
 from contactlaw.world.trees.kinematics import vector
@@ -94,7 +94,7 @@ def take_step(w, bodies, pairs):
     accepted = solved and not changes_regime(w, pairs)
     if accepted:
         after, size = energy(w, bodies, pairs)
-        accepted = not gains(w, pairs, after - before, size)
+        accepted = after - before <= ENERGY_GAIN * size
     if accepted:
         add_impulses(w, pairs, stage)
         w.implicit += 1

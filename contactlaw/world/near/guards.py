@@ -28,7 +28,7 @@ EXCEEDED = -NEVER  # limit of a guard of which the listed parts no longer do
 ROUNDING = 1e-15  # of the trace of M0^T M
 PRISM_EXCESS = 0.003  # of a cylinder's radius; it is wider than the prism of `gjk.STAVE` by (1 - cos(pi/32))/2 = 0.0024
 SLACK = 0.2  # of a body's smallest radius: part of its margin, and of that of parts, that does not depend on speed
-LOOKS = 6  # evaluations of a bound on a mean speed to find until when two cores stay apart
+LOOKS = 3  # evaluations of a bound on a mean speed to find until when two cores stay apart
 CLEAR_HEIGHT = 0.01  # of A's radius: where A is higher over a separating plane, its gap is taken from that plane
 NEAREST = 1.0 / 16.0  # of the time left: times of impact that are nearer are found for each pair of parts
 
