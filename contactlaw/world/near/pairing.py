@@ -31,7 +31,7 @@ from contactlaw.world.trees.kinematics import is_free
 
 PARTS_STEPS = 4.0  # steps at the guard's present speed bound, for the margin up to which parts are listed
 TREE_PARTS_STEPS = 1.0  # the same in trees, of which each window goes through all near pairs
-WIDE_STEPS = 64.0  # the same, and for margins of bodies, where one has left these in a step: it was pushed hard
+WIDE_STEPS = 4.0  # the same, and for margins of bodies, where one has left these in a step: it was pushed hard
 
 
 def meets(kind_a, kind_b):
