@@ -159,7 +159,7 @@ def find_passing(world):
             guards.update_guard(w, g, w.step)
         g.separated = 1 if stayed_separated(w, g) else 0
         way = w.step * max(lead.last_speed_now, lead.speed_now)
-        furthest = lead.moved + 0.5 * (way - lead.last_move)  # by the triangle inequality
+        furthest = lead.moved + 0.5 * max(way - lead.last_move, 0.0)  # by the triangle inequality
         if g.separated == 0 and furthest > g.limit:
             unlisted = deny(w, body_at(w.bodies, g.body_a), g.body_a) or unlisted
             unlisted = deny(w, body_at(w.bodies, g.body_b), g.body_b) or unlisted
