@@ -68,7 +68,7 @@ def sleep_if_balanced(w, bodies, pairs):
         b = body_at(w.bodies, k)
         if body_at(w.bodies, root_of(w, k)).active != STILL:
             continue
-        store(b.held, axpy(b.inverse_mass, load(b.torque), load(b.acceleration)))
+        store(b.held, load_on(b))
         store(b.velocity, ZERO)
         store(b.spin, ZERO)
         store(b.momentum, ZERO)
@@ -181,9 +181,14 @@ def is_disturbed(b):
     if b.tree != 0:
         return tree_at(b.tree, 0).disturbed != 0
     held = load(b.held)
-    change = sub(axpy(b.inverse_mass, load(b.torque), load(b.acceleration)), held)
+    change = sub(load_on(b), held)
     moving = dot(load(b.velocity), load(b.velocity)) + dot(load(b.spin), load(b.spin))
     return moving != 0.0 or not dot(change, change) <= SAME * SAME * dot(held, held)
+
+
+def load_on(b):
+    """Return what acts on a free body besides contacts, as an acceleration [m/s^2]; torques act at its `size`."""
+    return axpy(b.inverse_mass / b.size, load(b.torque), load(b.acceleration)) if b.size > 0.0 else load(b.acceleration)
 
 
 jit_module(__name__)

@@ -177,3 +177,17 @@ def test_what_a_constant_torque_turns_against_friction_sleeps_on() -> None:
     world.apply_force(body, torque=(0.0, 0.0, 0.5))
     world.step(5)
     assert not world.asleep[body] and world.spin[body, 2] > 1.0
+
+
+def test_a_force_in_place_of_a_torque_of_the_same_number_is_felt() -> None:
+    """By statics; a torque counted as the force at an arm of 1 m, so that one for the other changed nothing."""
+    world = World(timestep=2e-3)
+    body = world.add_body(1.0, 4e-4, (0.0, 0.0, 0.02))
+    pair = ContactPair("rubber", "rubber", friction=0.8, restitution=0.3)
+    world.add_contact(world.add_box(body, (0.02, 0.02, 0.02)), world.add_plane(None, *FLOOR), pair)
+    world.apply_force(body, torque=(0.0, 0.0, 0.02))
+    world.step(500)
+    assert world.asleep[body]
+    world.apply_force(body, force=(0.0, 0.0, 0.02))
+    world.step(500)
+    assert world.contacts["force"][:, 2].sum() == pytest.approx(9.81 - 0.02, rel=1e-6)

@@ -59,7 +59,7 @@ BODY = record(
     done="i8",  # 1: its step is over; FOLLOWS: and it is where the engine has it, see `near.passing`
     unknown="i8",  # index of its first velocity among the unknowns of an implicit step; -1: none
     pause="i8", last_pause="i8",  # steps for which no implicit step is tried with it, < PAUSE_LIMIT: left, and in all
-    asleep="i8", held=VECTOR,  # acceleration as it fell asleep, by a torque as by a force at 1 m; in a tree see `stop`
+    asleep="i8", held=VECTOR,  # acceleration as it fell asleep, see `sleep.load_on`; in a tree see `mobility.stop`
     changed="i8",  # 1: its velocity has changed, so that times of impact predicted with it no longer hold
     pressed="i8",  # 1: it is in contact, as found between two steps for engines' adapters, see `near.passing`
     delta_v="f8",  # [m/s] by which impacts may change the velocity of its surface within a window, at most
@@ -285,7 +285,7 @@ WORLD = record(
     slots="i8",  # how many slots of contacts have ever been in use: the first ones
     loose="i8",  # first body of the island that may end a window early, see `window.join_loose`; -1: none
     rested="i8", stale="i8",  # 1: no body moved in the last step; 1: near pairs must be listed anew
-    brief="i8",  # 1: a list serves for the present step alone; WIDE: a longer one was too short
+    brief="i8",  # 1: a list serves for the present step alone; WIDE: too, but such a list was too short
     # 0: no matter; AGED: near pairs may have been listed in an earlier step, which must not show; FRESH: in this one
     age="i8",
     edited="i8",  # 0, EDITED: the user has changed bodies since the last step, RESIZED: shapes too, which may overlap

@@ -20,7 +20,7 @@ from contactlaw.world.data.kinds import BOX, END, PARTS, PLANE, TANGENT
 from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED, WIDE
 from contactlaw.world.data.vec import ZERO, add, load, norm, store, sub
 from contactlaw.world.near.guards import EXCEEDED, SLACK, has_shapes, separate, surface_speed
-from contactlaw.world.near.pairing import WIDE_STEPS, complete_near, list_by_parts, list_pair
+from contactlaw.world.near.pairing import complete_near, list_by_parts, list_pair
 from contactlaw.world.shapes.geometry import bounding_radius, centre, meet
 
 # Steps that margins last at present speeds. More where few bodies have many shapes: the cost of listing grows with the
@@ -64,7 +64,7 @@ def list_near(w):
     have_parts, few = wholes < w.shape_count and cores >= 0, wholes - ends <= FEW
     steps = TREE_MARGIN_STEPS if 2 * jointed > wholes and not few else MARGIN_STEPS
     lasts = PARTS_MARGIN_STEPS if have_parts else steps * max(sqrt(wholes) / w.body_count, 1.0)
-    lasts = WIDE_STEPS if w.brief == WIDE else min(lasts, BRIEF_STEPS) if w.brief != 0 else lasts
+    lasts = MARGIN_STEPS if w.brief == WIDE else min(lasts, BRIEF_STEPS) if w.brief != 0 else lasts
     left_out, w.left_out = w.left_out, 0
     link_contacts(w)
     list_within(w, lasts if w.body_count <= MANY_BODIES else 1.0, few)

@@ -31,7 +31,6 @@ from contactlaw.world.trees.kinematics import is_free
 
 PARTS_STEPS = 4.0  # steps at the guard's present speed bound, for the margin up to which parts are listed
 TREE_PARTS_STEPS = 1.0  # the same in trees, of which each window goes through all near pairs
-WIDE_STEPS = 4.0  # the same, and for margins of bodies, where one has left these in a step: it was pushed hard
 
 
 def meets(kind_a, kind_b):
@@ -108,7 +107,8 @@ def list_by_parts(w, k, n, low, high):
     g = guard_at(w.guards, k)
     i, j, lead = g.a, g.b, lead_of(w, g)
     a, b, counted = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b), lead.moved - lead.lag
-    steps = WIDE_STEPS if w.brief == WIDE else PARTS_STEPS if a.tree == 0 and b.tree == 0 else TREE_PARTS_STEPS
+    free = a.tree == 0 and b.tree == 0
+    steps = PARTS_STEPS if free or w.brief == WIDE else TREE_PARTS_STEPS
     near = SLACK * (a.size + b.size) + steps * w.step * lead.speed
     if is_built_in(w, i, j, dot(n, n) == 0.0):
         g.limit, g.unlisted = NEVER, 1

@@ -105,9 +105,9 @@ def find(t, change, time, ahead, kicks):
             add_multiple(z, more, y, 0, limit.end if more != 0.0 else 0)
         if changed < 2:
             break
-    for k in range(n if active > 0 else 0):
-        z[k] /= sqrt(axis_at(t.axes, k).inverse)
     if active > 0:
+        for k in range(n):
+            z[k] /= sqrt(axis_at(t.axes, k).inverse)
         solve_ld(t, z)
         add_multiple(change, 1.0, z, 0, n)
     for i in range(t.limited):
