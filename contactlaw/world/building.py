@@ -199,12 +199,15 @@ class Building(Shapes):
             pair: Materials, friction, restitution and law; its radius, if given, holds for all contacts.
         """
         checks.instance("pair", pair, ContactPair)
-        self.add_rule(shapes1, shapes2, self._arrays.pairs.size)
+        self._add_rule(shapes1, shapes2, self._arrays.pairs.size)
         self._pairs.append(pair)
         self._arrays = with_pair(self._arrays, pair.radius or 0.0, pair.parameters(radius=1.0), pair.memory_size)
 
     def add_rule(self, shapes1: int | Iterable[int], shapes2: int | Iterable[int], pair: int = -1) -> None:
         """Add a rule as `add_contact`, with the pair of an earlier `add_contact`, by number; -1: they do not touch."""
+        self._add_rule(shapes1, shapes2, checks.count("pair", pair, -1, len(self._pairs) - 1))
+
+    def _add_rule(self, shapes1: int | Iterable[int], shapes2: int | Iterable[int], pair: int) -> None:
         sets = [list(named) if np.iterable(named) else [named] for named in (shapes1, shapes2)]
         for name, numbers in zip(("shapes1", "shapes2"), sets, strict=True):
             if not numbers:

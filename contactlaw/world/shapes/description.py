@@ -58,9 +58,9 @@ class Shapes:
         """
         half = checks.positive("half_length", half_length) * checks.unit_vector("axis", axis)
         own, middle = {"radius": checks.positive("radius", radius)}, checks.vector("at", at)
-        side = self._shape(self._placed(kinds.SEGMENT, body, middle, half=half) | own)
-        one, other = (self._shape(self._placed(kinds.END, body, middle + s * half) | own) for s in (1.0, -1.0))
-        return side, one, other
+        side = self._placed(kinds.SEGMENT, body, middle, half=half) | own
+        one, other = (self._placed(kinds.END, body, middle + s * half) | own for s in (1.0, -1.0))
+        return self._shape(side), self._shape(one), self._shape(other)
 
     def add_box(
         self, body: int | None, half_lengths: ArrayLike, at: ArrayLike = (0.0, 0.0, 0.0),
