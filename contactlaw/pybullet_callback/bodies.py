@@ -11,7 +11,7 @@ import numpy as np
 import pybullet as p
 
 from contactlaw.pybullet_callback import rows
-from contactlaw.pybullet_callback.hooks import begin_step, find_pressed, finish_step, has_flown, rewind, select_pushed
+from contactlaw.pybullet_callback.hooks import begin_step, find_pressed, finish_step, has_flown, list_placed, rewind
 from contactlaw.pybullet_callback.shapes import BASE, Key, Measured, engine_parameters, name_of
 from contactlaw.pybullet_callback.stepping import STEP_BULLET
 from contactlaw.pybullet_callback.trees import Tree
@@ -20,7 +20,6 @@ from contactlaw.world.arrays import with_more_room
 from contactlaw.world.data.demand import PENDING_ERROR
 from contactlaw.world.data.frames import ALIKE
 from contactlaw.world.data.records import EDITED, Array, Arrays
-from contactlaw.world.step import step
 
 MOTION_FORMAT, SIX_FORMAT, MASS_FORMAT, POSITION_FORMAT = (struct.Struct(f"{n}d") for n in (13, 6, 4, 3))
 PARAMETERS = itemgetter("fixedTimeStep", "gravityAccelerationX", "gravityAccelerationY", "gravityAccelerationZ")
@@ -174,7 +173,7 @@ class Bodies:
         """
         before, moving = self._before, 2 * self._moving
         self._before = told = self._read_motions(before if self._sleeps else ())
-        if told[moving:] != before[moving:] and before:
+        if told is not before and told[moving:] != before[moving:] and before:
             self.read_masses({i // 2 for i in range(moving, len(told)) if told[i] != before[i]})
         return told is not before
 
@@ -189,27 +188,20 @@ class Bodies:
         for one in self.trees:
             found |= one.begin_step(self._head["gravity"][0])
         if found:
-            self._find_pressed()
-            pushed = select_pushed(self._head_at)
+            pushed = self._find_pressed()
         for one in self._measured:
             one.place(self._client, self.arrays, self.dt)
         return pushed
 
-    def _find_pressed(self) -> None:
-        """After the user has moved bodies: find near pairs, and what presses on what."""
+    def _find_pressed(self) -> int:
+        """After the user has moved bodies: find near pairs, and what presses on what; return how many are pushed."""
         self._check()
-        self.read_masses(np.flatnonzero(self.rows["placed"]).tolist())
-        self._state["stale"] = 1
-        self.arrays.bodies["held"] = np.nan  # sleeping bodies must check again whether what holds them is still there
-        while step(self._state, 0.0, 1) == 0:
-            self.bind(with_more_room(self.arrays))
-        bodies = self.arrays.bodies
-        bodies["placed"][1 : 1 + self.singles] = self.rows["placed"]
+        self._read_selected_masses()
+        while not list_placed(self._head_at):
+            self._make_room()
         for one in self.trees:
-            bodies["placed"][1 + one.first :][: len(one.heads)] = one.placed
-        before = bodies["pressed"].copy()
-        find_pressed(self._head_at)
-        bodies["pressed"] = np.where(bodies["placed"] != 0, bodies["pressed"], before)  # others as they were written
+            self.arrays.bodies["placed"][1 + one.first :][: len(one.heads)] = one.placed
+        return find_pressed(self._head_at)
 
     def _calls_to_push(self, number: int) -> list[tuple[Callable[..., Any], Any]]:
         """Return calls, with arguments, that apply forces and torques to the first `number` selected bodies."""
@@ -247,10 +239,18 @@ class Bodies:
             if done == rows.NOT_FINITE:
                 self._refuse()
             if done == rows.PUSHED_OTHERWISE:
-                self.read_masses(np.flatnonzero(self.rows["disturbed"] == 2).tolist())
-            elif not PENDING_ERROR:  # whose truth raises an error that was stored
-                self.bind(with_more_room(self.arrays))
+                self._read_selected_masses()
+            else:
+                self._make_room()
         return done
+
+    def _read_selected_masses(self) -> None:
+        self.read_masses(self._selected_rows[: self._head["selected_count"][0]].tolist())
+
+    def _make_room(self) -> None:
+        """Enlarge the arrays of the world."""
+        if not PENDING_ERROR:  # whose truth raises an error that was stored
+            self.bind(with_more_room(self.arrays))
 
     def _put(self, number: int) -> None:
         """Set pose and velocity of the first `number` selected bodies to where they are `left`."""

@@ -2,7 +2,7 @@
 step, and the results of the world's step for the bodies that contacts have touched.
 """
 
-from math import isfinite
+from math import isfinite, nan
 
 from contactlaw.jit import jit_module
 from contactlaw.memory import whole_at
@@ -47,8 +47,8 @@ def begin_step(block):
 
 
 def read_bodies(head, w):
-    """Give the world's bodies the poses and velocities that were read; return 0, PLACED or NOT_FINITE."""
-    head.refreshed, placed = 0, 0
+    """Give the world's bodies the poses and velocities that were read; return 0, NOT_FINITE, or PLACED: the selected."""
+    head.refreshed, head.selected_count = 0, 0
     for k in range(head.singles):
         r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
         r.before = rows.motion_at(head.motions, k)
@@ -75,8 +75,9 @@ def read_bodies(head, w):
             r.placed = 0 if r.mass == 0.0 or norm(sub(x, load(r.left.position))) <= rows.EXACT * norm(x) else 1
             b.pressed = 0 if r.mass == 0.0 else max(b.pressed, r.placed)  # `find_pressed` needs its true velocity
             rows.set_body(r, b)
-        placed |= r.placed
-    return rows.PLACED if placed != 0 else 0
+        if r.placed != 0:
+            rows.select(head, k)
+    return rows.PLACED if head.selected_count > 0 else 0
 
 
 def all_pass(head, w):
@@ -169,15 +170,35 @@ def rewind(block):
                 store(m.spin, axpy(-head.dt, spin_rate(b, load(m.spin)), spin))
 
 
+def list_placed(block):
+    """List near pairs where the user has put bodies, in a step of no length; return whether there was room for it."""
+    w = world_at(rows.head_at(block, 0).world, 0)
+    w.stale, w.together = 1, 1
+    for i in range(w.body_count):
+        body_at(w.bodies, i).held[0] = nan  # what sleeps must check again whether what holds it is still there
+    return ready(w, STEP) and call_step(address(w, STEP), w, 0.0, GROWING_ROOM)
+
+
 def find_pressed(block):
-    """Find which bodies are pressed where the user has put bodies: these have their true velocities in PyBullet."""
+    """Find which bodies are pressed where the user has put bodies: these have their true velocities in PyBullet.
+
+    For all others that remains as they were written. Returns as `select_pushed`.
+    """
     head = rows.head_at(block, 0)
     w = world_at(head.world, 0)
+    for i in range(w.body_count):
+        b = body_at(w.bodies, i)
+        b.pressing = b.pressed
+        if 0 < i <= head.singles:
+            b.placed = rows.row_at(head.rows, i - 1).placed
     call_step(address(w, STEP), w, head.dt, FIND_PRESSED)
-    for k in range(head.singles):
-        r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
-        if r.placed != 0:
-            rows.set_body(r, b)
+    for i in range(w.body_count):
+        b = body_at(w.bodies, i)
+        if b.placed == 0:
+            b.pressed = b.pressing
+        elif b.tree == 0:
+            rows.set_body(rows.row_at(head.rows, i - 1), b)
+    return select_pushed(block)
 
 
 def select_pushed(block):
@@ -200,10 +221,10 @@ def select_pushed(block):
 def read_accelerations(head, w):
     """After Bullet's step: find the accelerations that it gave to bodies besides the push of the contacts.
 
-    Where that is gravity alone, it is set to gravity, to the bit. Returns how many bodies that were pushed had others;
-    -1: not finite.
+    Where that is gravity alone, it is set to gravity, to the bit. Selects bodies that were pushed and had others.
+    Returns whether all are finite.
     """
-    others, dt, gravity = 0, head.dt, load(head.gravity)
+    head.selected_count, dt, gravity = 0, head.dt, load(head.gravity)
     for k in range(head.moving):
         r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
         r.disturbed = 0
@@ -214,7 +235,7 @@ def read_accelerations(head, w):
         u, older = load(r.after.spin), load(r.before.spin)
         if not isfinite(dot(v, v) + dot(u, u)):
             head.bad = k
-            return -1
+            return False
         rows.fly(r, dt)
         gained = sub(sub(v, old), scale(dt, axpy(1.0 / r.mass, load(r.force), gravity)))
         speeds = norm(v) + norm(old) + dt * (norm(gravity) + norm(load(r.force)) / r.mass)
@@ -226,28 +247,28 @@ def read_accelerations(head, w):
         no_force, no_torque = norm(gained) <= rows.EXACT * speeds, norm(twist) <= rows.EXACT * spins
         if no_force and no_torque:
             continue
-        r.disturbed = 2 if b.pressed != 0 else 1
-        others += r.disturbed - 1
+        r.disturbed = 1
+        if b.pressed != 0:
+            rows.select(head, k)
         if not no_force:
             store(b.acceleration, axpy(1.0 / dt, gained, gravity))
         if not no_torque:
             store(b.torque, rows.torque_for(r, b, scale(1.0 / dt, twist)))
         rows.set_body(r, b)
-    return others
+    return True
 
 
 def finish_step(block):
     """After Bullet's step: take that of the world and select the bodies to be written; return as `write_bodies`.
 
     Other results: ASLEEP: all bodies go on sleeping, and nothing else. NOT_FINITE. NO_ROOM: the world may need more
-    room. PUSHED_OTHERWISE: masses must be read of bodies that were pushed and moved by something else too.
+    room. PUSHED_OTHERWISE: masses must be read of the selected, which were pushed and moved by something else too.
     """
     head = rows.head_at(block, 0)
     w = world_at(head.world, 0)
-    others = read_accelerations(head, w)
-    if others < 0:
+    if not read_accelerations(head, w):
         return rows.NOT_FINITE
-    if others > 0 and head.refreshed == 0:
+    if head.selected_count > 0 and head.refreshed == 0:
         head.refreshed = 1
         return rows.PUSHED_OTHERWISE
     if not (ready(w, STEP) and call_step(address(w, STEP), w, head.dt, GROWING_ROOM)):

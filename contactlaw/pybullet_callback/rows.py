@@ -37,7 +37,7 @@ ROW = record(
     usual=VECTOR, wrench=VECTOR,  # acceleration, torque besides gravity and contacts in the last step that touched
     placed="i8",  # the user has moved it since
     lag="f8",  # [s] length of the step by half of which its velocity before Bullet's step is behind its position
-    disturbed="i8",  # Bullet's step moved it not by gravity and the push alone; 2: it was pushed
+    disturbed="i8",  # Bullet's step moved it not by gravity and the push alone
 )  # fmt: skip
 """A body of PyBullet without joints; those that have a mass come first, as in the world, where trees follow."""
 
@@ -49,7 +49,7 @@ HEAD = record(
     refreshed="i8",  # the masses that PUSHED_OTHERWISE asked for have been read in this step
     lists="i8",  # number of lists of near pairs made so far
     bad="i8",  # row with numbers that are not finite
-    selected="u8", selected_count="i8",  # rows of bodies that Python must push or put elsewhere
+    selected="u8", selected_count="i8",  # rows of bodies that Python must look at, push or put elsewhere
 )  # fmt: skip
 """Input of the compiled code (addresses, time step [s], gravity [m/s^2]) and its results."""
 
@@ -142,7 +142,7 @@ def torque_for(r, b, rate):
 
 
 def select(head, k):
-    """Add a row to those that Python must push or put elsewhere."""
+    """Add a row to those that Python must look at, push or put elsewhere."""
     set_whole(head.selected, head.selected_count, k)
     head.selected_count += 1
 

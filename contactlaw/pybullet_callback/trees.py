@@ -287,7 +287,8 @@ def _part(inertias: tuple[Any, ...], *more: Any) -> Part:
 
 def numbers_of(client: int) -> list[int]:
     """Return the ids of all constraints; those of new ones are new."""
-    return [p.getConstraintUniqueId(k, client) for k in range(p.getNumConstraints(client))]
+    count = p.getNumConstraints(client)
+    return [p.getConstraintUniqueId(k, client) for k in range(count)] if count else []  # an empty list costs the most
 
 
 def ties_of(client: int) -> list[Tie]:
