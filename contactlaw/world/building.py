@@ -109,7 +109,7 @@ class Building(Shapes):
         """
         heavy = isinstance(mass, Real) and mass == inf
         moments, frame = (np.full(3, inf), UNTURNED) if heavy else principal(inertia)
-        isotropic = moments.min() == moments.max()
+        isotropic = len(set(moments.tolist())) == 1
         own = unit_quaternion("quaternion", quaternion)
         own = own if frame is UNTURNED else product(own, frame)
         given = {"position": position, "velocity": velocity, "spin": spin}

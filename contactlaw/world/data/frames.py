@@ -74,7 +74,7 @@ class Pose(NamedTuple):
 
     def inverse(self) -> Pose:
         """Return the pose of the outer frame in this one."""
-        if self is IDENTITY or (not self.place.any() and (self.turn == UNTURNED).all()):
+        if self is IDENTITY or [*self.place.tolist(), *self.turn.tolist()] == [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]:
             return IDENTITY
         turn = self.turn * CONJUGATE
         return Pose(-matrix_of(turn) @ self.place, turn)
