@@ -188,7 +188,7 @@ def find_pressed(block):
     w = world_at(head.world, 0)
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
-        b.pressing = b.pressed
+        b.pressing = b.pressed  # that place is free between steps
         if 0 < i <= head.singles:
             b.placed = rows.row_at(head.rows, i - 1).placed
     call_step(address(w, STEP), w, head.dt, FIND_PRESSED)
