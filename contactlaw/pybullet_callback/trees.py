@@ -288,7 +288,7 @@ def _part(inertias: tuple[Any, ...], *more: Any) -> Part:
 def numbers_of(client: int) -> list[int]:
     """Return the ids of all constraints; those of new ones are new."""
     count = p.getNumConstraints(client)
-    return [p.getConstraintUniqueId(k, client) for k in range(count)] if count else []  # an empty list costs the most
+    return [p.getConstraintUniqueId(k, client) for k in range(count)] if count else []  # in each step
 
 
 def ties_of(client: int) -> list[Tie]:
