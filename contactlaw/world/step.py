@@ -112,25 +112,25 @@ def finish(w):
         if w.stale != 0:
             list_near(w)
             deny_late(w, dt - now)
-        first = window.predict_all(w, now, dt)
+        first, pairs = window.predict_all(w, now, dt)
         if w.age == AGED and first < NEVER:
             window.list_anew(w, 1)
-            first = window.predict_all(w, now, dt)
+            first, pairs = window.predict_all(w, now, dt)
         if now == 0.0 and w.together == 1 and take_implicit_steps(w):
-            first = window.predict_all(w, now, dt)
+            first, pairs = window.predict_all(w, now, dt)
             w.age = min(w.age, AGED)
         shortest, length, watched = window.plan_window(w)
         if w.age == AGED and min(first, shortest) < NEVER:
             window.list_anew(w, 1)
-            first = window.predict_all(w, now, dt)
+            first, pairs = window.predict_all(w, now, dt)
         if shortest == NEVER:
-            if first >= dt:
-                break
-            now = max(now, first)
-            touching, length, watched = window.shortest_new_impact(w, now)
-            if not touching:
-                continue
-            if length < NEVER and dt - now <= LATE_IMPACT * length:
+            touching = False
+            while first < dt and not touching:
+                now = max(now, first)
+                touching, length, watched = window.shortest_new_impact(w, now, pairs)
+                if not touching:
+                    first, pairs = window.predict_all(w, now, dt, pairs)
+            if not touching or (length < NEVER and dt - now <= LATE_IMPACT * length):
                 break
         length = max(length, SHORTEST * dt)
         until = now + length

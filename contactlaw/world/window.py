@@ -30,14 +30,16 @@ NOTABLE = 1.1  # a bound on a change of velocity that has grown by a smaller fac
 FAR = 40.0  # margins: a body that can travel so far in a window reaches every near body, as these are within four
 
 
-def predict_all(w, now, step):
-    """Predict the times of impact of open pairs; return the next one [s], or NEVER: not within the step.
+def predict_all(w, now, step, pairs=-1):
+    """Predict the times of impact of open pairs; return the next one [s], or NEVER, and how many are within the step.
 
     now: time of the step [s]; step: its length [s]. A pair is predicted anew if the velocity of one of its bodies has
-    changed or its time of impact has come. An AGED list must have none: then the first time found is returned.
+    changed or its time of impact has come. An AGED list must have none: then the first time found is returned. Pairs
+    within the step are listed in `island_pairs`; pairs: how many were, of which alone it can have come in flight.
     """
-    first = NEVER
-    for k in range(w.nears):
+    first, within = NEVER, 0
+    for i in range(w.nears if pairs < 0 else pairs):
+        k = i if pairs < 0 else whole_at(w.island_pairs, i)
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         if p.closed != 0 or is_left_out(a, b):
@@ -52,10 +54,12 @@ def predict_all(w, now, step):
         if p.toi < step:
             first = min(first, p.toi)
             if w.age == AGED:
-                return first  # near pairs must be listed anew
+                return first, 0  # near pairs must be listed anew
+            set_whole(w.island_pairs, within, k)
+            within += 1
     for n in range(w.near_body_count):
         body_at(w.bodies, whole_at(w.near_bodies, n)).changed = 0
-    return first
+    return first, within
 
 
 def remains_open(w, p, now, until, more):
@@ -96,18 +100,20 @@ def is_left_out(a, b):
     return (a.still != 0 and b.still != 0) or a.done != 0 or b.done != 0
 
 
-def shortest_new_impact(w, now):
+def shortest_new_impact(w, now, pairs):
     """Return whether any impact is about to begin, the duration [s] of the shortest, and what `plan_window` tells last.
+
+    pairs: how many `predict_all` has listed.
 
     Times of impact are lower bounds: pairs of which it has come are predicted anew. Most are not about to touch. Then
     no window begins and no flight is cut, so that rounding does not depend on how often a pair is looked at.
     """
     touching, shortest, idle = False, NEVER, False
-    for k in range(w.nears):
-        p = near_at(w.near, k)
-        if p.closed == 0 and p.toi <= now and not is_left_out(body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)):
+    for i in range(pairs):
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        if p.toi <= now:
             a, b = predict(w, p, now)
-            if p.toi < NEVER:
+            if p.toi < NEVER and not guards.takes_known_time(w, p, now):
                 met, measured = guards.meet_within(w, p, a, b, guards.CLEAR_HEIGHT * shape_at(w.shapes, p.a).radius)
                 duration = touch_duration(w, p, a, b, met, measured)
                 if p.toi - now <= EARLY * duration:
