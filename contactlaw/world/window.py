@@ -35,7 +35,8 @@ def predict_all(w, now, step, pairs=-1):
 
     now: time of the step [s]; step: its length [s]. A pair is predicted anew if the velocity of one of its bodies has
     changed or its time of impact has come. An AGED list must have none: then the first time found is returned. Pairs
-    within the step are listed in `island_pairs`; pairs: how many were, of which alone it can have come in flight.
+    within the step are listed in `island_pairs`. pairs: how many have been, which alone matter while all fly; what has
+    stopped for one of them, as trees do, is predicted anew in all, so that it does not soon stop for the next.
     """
     first, within = NEVER, 0
     for i in range(w.nears if pairs < 0 else pairs):
@@ -44,7 +45,8 @@ def predict_all(w, now, step, pairs=-1):
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         if p.closed != 0 or is_left_out(a, b):
             continue
-        if a.changed != 0 or b.changed != 0 or p.toi <= now:
+        here = pairs >= 0 and p.checked != now and guards.time_of(a, b) == now
+        if here or a.changed != 0 or b.changed != 0 or p.toi <= now:
             if remains_open(w, p, now, step, 0.0):
                 p.toi, p.checked = NEVER, -1.0
             else:
@@ -103,10 +105,9 @@ def is_left_out(a, b):
 def shortest_new_impact(w, now, pairs):
     """Return whether any impact is about to begin, the duration [s] of the shortest, and what `plan_window` tells last.
 
-    pairs: how many `predict_all` has listed.
-
-    Times of impact are lower bounds: pairs of which it has come are predicted anew. Most are not about to touch. Then
-    no window begins and no flight is cut, so that rounding does not depend on how often a pair is looked at.
+    pairs: how many `predict_all` has listed. Times of impact are lower bounds: pairs of which it has come are predicted
+    anew. Most are not about to touch, and cores that stay apart for a while never are. Then no window begins and no
+    flight is cut, so that rounding does not depend on how often a pair is looked at.
     """
     touching, shortest, idle = False, NEVER, False
     for i in range(pairs):
