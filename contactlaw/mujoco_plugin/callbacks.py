@@ -19,7 +19,6 @@ from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.mujoco_plugin.notices import is_edited, report_contacts, report_once, send_report
 from contactlaw.mujoco_plugin.sensors import call_sense
 from contactlaw.mujoco_plugin.trees import FIND, MOVE, READ, WRITE, call_press, call_trees
-from contactlaw.world.bodies.motion import is_static
 from contactlaw.world.data.access import body_at, contact_at, near_at, world_at
 from contactlaw.world.data.call import address, call_read, call_step, ready
 from contactlaw.world.data.checksum import as_float, mix
@@ -61,12 +60,8 @@ def move_world(head, w, state, again):
         free.read_free(head, free_at(head.frees, i))
     for i in range(head.mocap_count):
         free.read_mocap(head, i, shifted(state.ctypes.data, PUSH + 2 * head.nv))
-    for i in range(w.body_count if head.tree_count > 0 else 0):
-        b = body_at(w.bodies, i)
-        if b.tree == 0 and b.asleep == 0 and not is_static(b):
-            w.stale, w.brief = 1, 1  # what is listed near it decides which trees pass: it must be what is near now
-    new = w.stale != 0 and w.brief == 1
     run_trees(head, FIND)
+    new = w.stale != 0 and w.brief == 1
     if head.tree_count == 0 and head.mocap_count == 0 and is_at_rest(w):
         for i in range(head.free_count):
             free.write_free(head, free_at(head.frees, i), state[PUSH + head.nv :])

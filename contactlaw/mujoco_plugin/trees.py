@@ -26,7 +26,7 @@ from contactlaw.world.data.call import BODY_TYPE, VECTOR, call_on_tree, call_wit
 from contactlaw.world.data.records import LATE
 from contactlaw.world.data.tree import ASKED, DENIED, PASSES, PLACED
 from contactlaw.world.data.vec import cross, load, norm, store
-from contactlaw.world.near.passing import find_passing
+from contactlaw.world.near.passing import find_passing, needs_list
 from contactlaw.world.state import forget_motion_of
 from contactlaw.world.trees.dynamics import add_impulse, solve
 from contactlaw.world.trees.kinematics import is_pressed, spread_velocity, vector
@@ -56,11 +56,12 @@ def serve(block, stage):
     """Take all trees through a stage of the step; return whether none of them was read."""
     head, unread = head_at(block, 0), True
     w = world_at(head.world, 0)
+    needed = stage == FIND and ask_trees(head, w)
     for i in range(head.tree_count):
         j = jointed_at(head.trees, i)
         t = tree_at(w.trees, j.tree)
         if stage == FIND:
-            find_tree(head, j, t)
+            find_tree(head, j, t, needed)
         elif stage == MOVE:
             move_tree(head, j, t)
         elif t.passes == PASSES:  # it has passed by everything: its end of the step is the engine's own
@@ -107,8 +108,30 @@ def is_as_left(head, j, t):
     return differ == 0
 
 
-def find_tree(head, j, t):
-    """Find where a tree is at the start of the step; it passes by everything until something says otherwise."""
+def ask_trees(head, w):
+    """Ask trees whether they pass by everything, unless contacts push them; return whether near pairs must be known.
+
+    Then what is listed near a body that moves decides which trees pass: it must be what is near now.
+    """
+    for i in range(head.tree_count):
+        j = jointed_at(head.trees, i)
+        t = tree_at(w.trees, j.tree)
+        placed = 0 if head.known != 0 or is_as_left(head, j, t) else 1
+        for k in range(t.count):
+            body_at(t.bodies, k).placed = placed
+        w.stale = max(w.stale, placed)
+        denied = body_at(t.bodies, 0).asleep != 0 or w.denied == LATE or is_pushed(head, j, t)
+        t.passes = DENIED if denied else ASKED
+    needed = needs_list(w)
+    for i in range(w.body_count if needed else 0):
+        b = body_at(w.bodies, i)
+        if b.tree == 0 and b.asleep == 0 and not is_static(b):
+            w.stale, w.brief = 1, 1
+    return needed
+
+
+def find_tree(head, j, t, needed):
+    """Find where a tree is at the start of the step, if that is needed; `read_tree` finds it too."""
     w, d = world_at(head.world, 0), data_at(head.data, 0)
     store(t.gravity, load(head.gravity))
     if j.base != 0:
@@ -116,12 +139,8 @@ def find_tree(head, j, t):
         copy(floats(d.xquat, 4 * j.base, 4), t.base_turn)
         if not is_static(body_at(w.bodies, t.hangs_on)):
             report_towed(head, w, j, t)
-    placed = 0 if head.known != 0 or is_as_left(head, j, t) else 1
-    for i in range(t.count):
-        body_at(t.bodies, i).placed = placed
-    w.stale = max(w.stale, placed)
     asleep = body_at(t.bodies, 0).asleep != 0
-    if w.stale != 0 or j.there != (SLEEPS if asleep else PASSES):  # stale: the motion may be forgotten
+    if needed and (w.stale != 0 or j.there != (SLEEPS if asleep else PASSES)):  # stale: the motion may be forgotten
         for i in range(t.count):
             forget_motion_of(body_at(t.bodies, i))
         coordinates, velocities = places_in(head, head.start)
@@ -131,9 +150,7 @@ def find_tree(head, j, t):
             store(b.acceleration, load(b.velocity))
             store(b.turning, load(b.spin))
         set_bodies(head, j, t, (coordinates, velocities))
-    t.passes, j.there = (DENIED, SLEEPS) if asleep else (ASKED, ASKED)
-    if w.denied == LATE or is_pushed(head, j, t):
-        t.passes = DENIED
+    j.there = SLEEPS if asleep and (needed or j.there == SLEEPS) else ASKED
 
 
 def is_pushed(head, j, t):

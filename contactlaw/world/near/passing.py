@@ -43,15 +43,14 @@ def find_pressed(w):
     For adapters, between two steps. Open pairs of trees that may pass by everything get the gap and the closing speed
     that `find_passing` starts from.
     """
-    placed, asked, gaps_needed = False, False, False
+    placed, gaps_needed = False, False
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         b.pressed = 0
-        placed, asked = placed or b.placed != 0, asked or needs_gap(b)
+        placed = placed or b.placed != 0
         if b.inverse_mass == 0.0 and not is_static(b) and may_leave_margin(b, w.step):
             w.stale = 1
-    needed = asked or w.age == 0 or w.nears == 0 or w.edited != 0  # else `begin` lists them, for as long as they serve
-    if (w.stale != 0 and needed) or (placed and guards.any_guard_exceeded(w, -NEVER, 2.0 * w.step)):
+    if (w.stale != 0 and needs_list(w)) or (placed and guards.any_guard_exceeded(w, -NEVER, 2.0 * w.step)):
         list_near(w)
     for k in range(w.nears if placed else 0):
         p = near_at(w.near, k)
@@ -125,6 +124,14 @@ def mark_pressed(b):
     b.pressed = 1
     if b.tree != 0:
         tree_at(b.tree, 0).passes = DENIED
+
+
+def needs_list(w):
+    """Return whether near pairs must be listed before the step if they are stale; else `begin` lists them."""
+    needed = w.nears == 0 or w.edited != 0
+    for i in range(w.body_count):
+        needed = needed or needs_gap(body_at(w.bodies, i))
+    return needed
 
 
 def needs_gap(b):
