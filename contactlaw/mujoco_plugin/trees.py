@@ -49,6 +49,7 @@ PRESS = types.void(types.uint64, BODY_TYPE, VECTOR, VECTOR, types.uint64)
 call_trees: Any = caller(SERVE)
 call_press: Any = caller(PRESS)
 
+# D by the engine, without the derivative of the bias forces
 smooth_derivative = types.ExternalFunction("mjd_smooth_vel", types.void(types.uintp, types.uintp, types.intc))
 
 
@@ -67,7 +68,7 @@ def serve(block, stage):
         elif t.passes == PASSES:  # it has passed by everything: its end of the step is the engine's own
             j.there = PASSES
         elif stage == READ:
-            if unread:  # D by the engine, without the derivative of the bias forces
+            if unread and model_at(head.model, 0).opt.integrator != layout.IMPLICITFAST:  # whose step has left it
                 smooth_derivative(head.model, head.data, 0)
             unread = False
             read_tree(head, j, t)

@@ -12,7 +12,7 @@ from contactlaw.world.bodies.bounds import time_to_close
 from contactlaw.world.bodies.motion import acceleration_of, closing_at, drift, fly, greatest_closing, settle, turn_rate
 from contactlaw.world.contacts import pace
 from contactlaw.world.contacts.force import TORSION_EVERY
-from contactlaw.world.contacts.leapfrog import clear_push, push_by_coasting
+from contactlaw.world.contacts.leapfrog import clear_push, press_spring, push_by_coasting
 from contactlaw.world.contacts.substep import TOUCHING, advance, apply_force, kick_pair, measure
 from contactlaw.world.contacts.touch import begin_contact, end_contact
 from contactlaw.world.data.access import body_at, coasting_at, contact_at, near_at
@@ -274,6 +274,7 @@ def evaluate_contacts(w, pairs, span, few):
             shorter = min(shorter, measure_open_pair(w, k, reach, span, few))
         if p.closed != 0:
             measure(w, contact_at(w.contacts, p.slot), a, b)
+            press_spring(w, contact_at(w.contacts, p.slot), a, b)
             a.pressing += 1
             b.pressing += 1
             set_whole(w.island_pairs, w.near_room + acting, k)

@@ -20,7 +20,8 @@ from contactlaw.jit import jit_inline, jit_module
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import OPEN
 from contactlaw.world.bodies.motion import load_at, spin_change, turning_of
-from contactlaw.world.data.access import body_at, coasting_at, tree_at
+from contactlaw.world.data.access import body_at, coasting_at, pair_at, tree_at
+from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, scale, store, sub
 
 SHARE = 1.0 / 12.0  # of h^2 x''
@@ -59,12 +60,12 @@ def push_at(b, arm):
     return load(b.push) if b.oriented == 0 else add(load(b.push), cross(load(b.twisting), arm))
 
 
-def press_spring(c, a, b, linear):
+def press_spring(w, c, a, b):
     """Set the force of a contact's spring where its bodies are, and add it to what pushes them.
 
     Bodies on joints answer to it with all of their tree: their contacts know their own springs only.
     """
-    t, n = c.touch, load(c.normal)
+    t, n, linear = c.touch, load(c.normal), law_of(w, pair_at(w.pairs, c.pair)).linear != 0.0
     c.spring = 0.0
     if t.overlap > 0.0 and not (linear and t.state == OPEN):  # whose stiffness is known after the touch
         c.spring = elastic_force(t, linear, t.overlap)

@@ -49,7 +49,7 @@ def is_persistent(w, bodies, pairs):
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         closed += p.closed
-        if p.closed != 0:
+        if p.closed != 0 and unknowns > MANY:
             shortest = min(shortest, resting_duration(w, contact_at(w.contacts, p.slot)))
         for k in (p.body_a, p.body_b):
             b = body_at(w.bodies, k)
