@@ -164,9 +164,8 @@ def end_near(head, w):
     """
     for i in range(head.free_count):
         f = free_at(head.frees, i)
-        for k in range(6):
-            if doubles_at(head.given)[f.v + k] != 0.0:
-                body_at(w.bodies, f.body).touched = 1
+        if free.is_pushed(head, f):
+            body_at(w.bodies, f.body).touched = 1
     for k in range(w.nears):
         p = near_at(w.near, k)
         for i in (p.body_a, p.body_b):

@@ -132,7 +132,7 @@ def ask_trees(head, w):
 
 
 def find_tree(head, j, t, needed):
-    """Find where a tree is at the start of the step, if that is needed; `read_tree` finds it too."""
+    """Find where a tree is at the start of the step, if that is needed: what sleeps and wakes is met as it is here."""
     w, d = world_at(head.world, 0), data_at(head.data, 0)
     store(t.gravity, load(head.gravity))
     if j.base != 0:
@@ -141,7 +141,8 @@ def find_tree(head, j, t, needed):
         if not is_static(body_at(w.bodies, t.hangs_on)):
             report_towed(head, w, j, t)
     asleep = body_at(t.bodies, 0).asleep != 0
-    if needed and (w.stale != 0 or j.there != (SLEEPS if asleep else PASSES)):  # stale: the motion may be forgotten
+    known = SLEEPS if asleep else PASSES
+    if (needed or asleep) and (w.stale != 0 or j.there != known):  # stale: the motion may be forgotten
         for i in range(t.count):
             forget_motion_of(body_at(t.bodies, i))
         coordinates, velocities = places_in(head, head.start)
@@ -151,7 +152,7 @@ def find_tree(head, j, t, needed):
             store(b.acceleration, load(b.velocity))
             store(b.turning, load(b.spin))
         set_bodies(head, j, t, (coordinates, velocities))
-    j.there = SLEEPS if asleep and (needed or j.there == SLEEPS) else ASKED
+    j.there = SLEEPS if asleep else ASKED
 
 
 def is_pushed(head, j, t):
@@ -252,6 +253,8 @@ def accelerations(head, j, t, velocities, lag):
 def write_tree(head, j, t):
     """Write a tree to mjData if a contact has touched or pushed it, or it sleeps."""
     n, touched, asleep = t.v_size, is_pushed(head, j, t), body_at(t.bodies, 0).asleep != 0
+    if t.stale != 1:  # it has been awake
+        j.there = ASKED
     for i in range(t.count):
         touched = touched or body_at(t.bodies, i).touched != 0
     if not (touched or asleep):
