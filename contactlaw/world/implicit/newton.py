@@ -280,22 +280,19 @@ def add_opposite_forces(a, b, force, about_a, about_b, row):
 def add_generalised_force(b, force, moment, row):
     """Add J^T (p, m) to a row: a force p on a body and a moment m about its centre of mass."""
     o = b.unknown
-    if o >= 0 and b.tree != 0:
-        add_force_in_tree(b, force, moment, row[o:])
-    elif o >= 0:
-        for i in range(3):
-            row[o + i] += force[i]
-            row[o + 3 + i] += moment[i]
-
-
-def add_force_in_tree(b, force, moment, row):
-    """Add this for a body of a tree to its part of a row."""
-    t = tree_at(b.tree, 0)
-    x = vector(t.x, t.v_size)
-    clear(x)
-    call_with_vectors(t.add_force, b, force, moment)
-    for i in range(t.v_size):
-        row[i] += x[i]
+    if o < 0:
+        return
+    if b.tree != 0:
+        t = tree_at(b.tree, 0)
+        x = vector(t.x, t.v_size)
+        clear(x)
+        call_with_vectors(t.add_force, b, force, moment)
+        for i in range(t.v_size):
+            row[o + i] += x[i]
+        return
+    for i in range(3):
+        row[o + i] += force[i]
+        row[o + 3 + i] += moment[i]
 
 
 jit_module(__name__)
