@@ -46,10 +46,10 @@ HELD = 1e3  # armature of a joint that a motor holds, over the inertia that it c
 TIED = 1e4  # inertia of a constraint over that of what it joins: from 1e5 on a Minitaur that stands jitters at 1/240 s
 
 # lengths are numbers of coordinates (q), of velocities (v) and of constraints (t)
-KEPT = {"left": "q", "lags": "", "left_v": "v", "true_v": "v", "force": "v", "push": "v", "left_over": "t"}
-KEPT |= {"last_torque": "v", "limit": "v", "strongest": "v"}
+KEPT = {"left": "q", "lags": "", "pressed": "", "left_v": "v", "true_v": "v", "force": "v", "push": "v"}
+KEPT |= {"left_over": "t", "last_torque": "v", "limit": "v", "strongest": "v"}
 """What lasts from a step to the next: coordinates as the last step left them; 1: it left velocities half a step behind
-them, which are known at both times, -1: it left a closed contact; the force [N] that each constraint can give besides
+them, which are known at both times; 1: it left a closed contact; the force [N] that each constraint can give besides
 that in the last step of Bullet; of motors (bases have zeros)."""
 NUMBERS = KEPT | {
     "start_q": "q", "start_v": "v", "after_q": "q", "after_v": "v", "torque": "v",  # as read before and after the step
@@ -87,7 +87,7 @@ def take_start(block):
             body_at(t.bodies, i).pressed = 0
         clear(vector(own.force, t.v_size))
         clear(vector(own.push, t.v_size))
-        vector(own.lags, 1)[0] = 0.0
+        vector(own.lags, 1)[0], vector(own.pressed, 1)[0] = 0.0, 0.0
     if own.tie_count > 0:
         clear(vector(t.e, t.v_size * t.v_size))
         t.coupled = 0
@@ -224,7 +224,7 @@ def take_response(block, dt):
             most = max(most, abs(before[k]))
             off = max(off, abs(before[k] - left[k]))
             v[k] = before[k] + 0.5 * dt * vector(own.free_acceleration, t.v_size)[k]
-        as_left = vector(own.lags, 1)[0] > 0.0 and off <= EXACT * most
+        as_left = vector(own.lags, 1)[0] != 0.0 and off <= EXACT * most
         put(t, own.start_q, own.true_v if as_left else own.new_v)
 
 
@@ -279,9 +279,9 @@ def find_end(block, world, dt):
     for k in range(t.v_size):
         touched = touched or push[k] != 0.0  # Bullet's step has it, though the contact may be no more
     clear(push)
-    lags, alone = vector(own.lags, 1), flies(own, t, dt)
-    lasts = lags[0] < 0.0
-    lags[0] = 0.0
+    lags, pressed, alone = vector(own.lags, 1), vector(own.pressed, 1), flies(own, t, dt)
+    lasts = pressed[0] != 0.0
+    lags[0], pressed[0] = 0.0, 0.0
     if not (touched or alone):
         put(t, own.after_q, own.after_v)
         if not overlaps(w, t.first, t.count):
@@ -299,7 +299,7 @@ def find_end(block, world, dt):
         copy(v, vector(own.left_v, t.v_size))
         lags[0] = 1.0
         return True
-    lags[0] = -1.0
+    pressed[0] = 1.0
     if not lasts:  # see `hooks.select_pushed`
         return True
     gained = vector(own.gained, t.v_size)
