@@ -323,7 +323,7 @@ def read_equalities(head, j, t):
 def read_constraint(head, j, t, i, factored):
     """Write row i of the engine's constraints into x, see `read_row`."""
     d, kind = data_at(head.data, 0), model_at(head.model, 0).opt.jacobian
-    sparse = kind == layout.SPARSE or (kind == layout.AUTO and head.nv >= layout.MANY)
+    sparse = kind == layout.SPARSE or (kind == layout.AUTO and head.nv >= layout.SPARSE_FROM)
     first = entry(d.efc_J_rowadr, i) if sparse else i * head.nv
     values = floats(d.efc_J, first, entry(d.efc_J_rownnz, i) if sparse else head.nv)
     read_row(head, j, t, values, entries(d.efc_J_colind, first) if sparse else types.uintp(0), factored)

@@ -76,7 +76,7 @@ REF_UNSAFE = int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
 NO_SPRING = int(mujoco.mjtDisableBit.mjDSBL_SPRING)
 NO_PASSIVE = NO_SPRING | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
 """With both flags set, MuJoCo computes no passive forces and does not call the plugin's compute."""
-SPARSE, AUTO, MANY = int(mujoco.mjtJacobian.mjJAC_SPARSE), int(mujoco.mjtJacobian.mjJAC_AUTO), 60
+SPARSE, AUTO, SPARSE_FROM = int(mujoco.mjtJacobian.mjJAC_SPARSE), int(mujoco.mjtJacobian.mjJAC_AUTO), 60
 """Kinds of Jacobian; with the latter, constraints have a sparse one from so many velocities on (`mj_isSparse`)."""
 TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
 DISCRETE = int(getattr(mujoco.mjtIntegrator, "mjINT_DISCRETE", -1))  # from 3.13
