@@ -12,7 +12,7 @@ from math import sqrt
 import numpy as np
 
 from contactlaw.jit import jit_module
-from contactlaw.memory import copy_wholes, doubles_at, same_wholes
+from contactlaw.memory import copy_wholes, same_wholes
 from contactlaw.mujoco_plugin.block import floats, free_at, mocap_at, moved_at, shifted
 from contactlaw.mujoco_plugin.layout import data_at
 from contactlaw.world.bodies.motion import move_kinematic, note_usual, set_axes, spin_after, spin_rate, update_momentum
@@ -97,8 +97,7 @@ def read_free(head, f):
     store(b.torque, moment)
     placed = head.known == 0 and not same_as_left(head, f)
     b.placed = 1 if placed else 0
-    # the rounding of its flight depends on when its near pairs are predicted
-    if b.oriented != 0 or (head.tree_count > 0 and not is_pushed(head, f)):
+    if b.oriented != 0:  # the rounding of its flight depends on when its near pairs are predicted
         w.age = AGED
     if placed:
         w.stale = 1
@@ -111,14 +110,6 @@ def read_free(head, f):
     store(b.velocity, add(load(v), cross(spin, arm)))
     store(b.momentum, (0.0, 0.0, 0.0))
     update_momentum(b)
-
-
-def is_pushed(head, f):
-    """Return whether the engine's step has moved a body by the push of contacts."""
-    pushed = False
-    for k in range(6):
-        pushed = pushed or doubles_at(head.given)[f.v + k] != 0.0
-    return pushed
 
 
 def read_mocap(head, i, moved):

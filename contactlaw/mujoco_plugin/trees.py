@@ -112,7 +112,7 @@ def is_as_left(head, j, t):
 def ask_trees(head, w):
     """Ask trees whether they pass by everything, unless contacts push them; return whether near pairs must be known.
 
-    Then what is listed near a body that moves decides which trees pass: it must be what is near now.
+    If so, what is listed near a body that moves decides which trees pass: it is listed for this step.
     """
     for i in range(head.tree_count):
         j = jointed_at(head.trees, i)

@@ -47,7 +47,10 @@ def begin_step(block):
 
 
 def read_bodies(head, w):
-    """Give the world's bodies the poses and velocities that were read; return 0, NOT_FINITE, PLACED: the selected."""
+    """Give the world's bodies the poses and velocities that were read; return 0, NOT_FINITE or PLACED.
+
+    PLACED: the user has moved those selected.
+    """
     head.refreshed, head.selected_count = 0, 0
     for k in range(head.singles):
         r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)

@@ -48,9 +48,9 @@ TIED = 1e4  # inertia of a constraint over that of what it joins: from 1e5 on a 
 # lengths are numbers of coordinates (q), of velocities (v) and of constraints (t)
 KEPT = {"left": "q", "lags": "", "pressed": "", "left_v": "v", "true_v": "v", "force": "v", "push": "v"}
 KEPT |= {"left_over": "t", "last_torque": "v", "limit": "v", "strongest": "v"}
-"""What lasts from a step to the next: coordinates as the last step left them; 1: it left velocities half a step behind
-them, which are known at both times; 1: it left a closed contact; the force [N] that each constraint can give besides
-that in the last step of Bullet; of motors (bases have zeros)."""
+"""What lasts from a step to the next: coordinates as the last step left them; `lags`, 1: it left velocities half a step
+behind them, which are known at both times; `pressed`, 1: it left a closed contact; the force [N] that each constraint
+can give besides that in the last step of Bullet; of motors (bases have zeros)."""
 NUMBERS = KEPT | {
     "start_q": "q", "start_v": "v", "after_q": "q", "after_v": "v", "torque": "v",  # as read before and after the step
     "free_acceleration": "v", "matrix": "vv",  # by the forces known at the start of the step; mass matrix there

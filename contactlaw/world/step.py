@@ -162,7 +162,7 @@ def take_implicit_steps(w):
         for k in range(w.nears):
             p = near_at(w.near, k)
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            if p.closed == 0 or (a.still != 0 and b.still != 0):
+            if p.closed == 0 or window.is_left_out(a, b):
                 continue
             c = contact_at(w.contacts, p.slot)
             first_a, first_b = body_at(w.bodies, p.body_a - a.member), body_at(w.bodies, p.body_b - b.member)

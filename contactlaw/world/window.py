@@ -35,8 +35,9 @@ def predict_all(w, now, step, pairs=-1):
 
     now: time of the step [s]; step: its length [s]. A pair is predicted anew if the velocity of one of its bodies has
     changed or its time of impact has come. An AGED list must have none: then the first time found is returned. Pairs
-    within the step are listed in `island_pairs`. pairs: how many have been, which alone matter while all fly; what has
-    stopped for one of them, as trees do, is predicted anew in all, so that it does not soon stop for the next.
+    within the step are listed in `island_pairs`. pairs: how many the last call listed, which alone matter while all
+    fly, or -1: all near pairs. What has stopped for one of those, as trees do, is predicted anew in all of them, so
+    that it does not soon stop for the next.
     """
     first, within = NEVER, 0
     for i in range(w.nears if pairs < 0 else pairs):

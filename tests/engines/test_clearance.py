@@ -117,24 +117,3 @@ def test_parts_that_lie_flush_and_do_not_move_are_listed_once():
     _, world = head_of(data)
     mujoco.mj_step(model, data, 100)
     assert int(world["lists"]) < 5 and data.qpos[0] == 0.0  # one in each step before, as by rounding they overlap
-
-
-def test_what_is_near_a_held_ball_is_not_listed_in_every_step():
-    def finger(name, side):
-        return f"""<body pos="{0.05 * side} 0 0"><joint name="{name}" type="slide" axis="{-side} 0 0"/>
-        <geom type="box" size=".03 .1 .1"/></body>"""
-
-    model = load_model(
-        f"""<mujoco><worldbody><body><joint type="slide" axis="0 0 1" stiffness="1e4" damping="50"/>
-        <geom size=".02" pos="0 0 .3"/>{finger("left", -1)}{finger("right", 1)}</body>
-        <body name="ball"><freejoint/><geom size=".02"/></body></worldbody>
-        <actuator><motor joint="left"/><motor joint="right"/></actuator></mujoco>""",
-        [("*", "*", STEEL)],
-    )
-    data = mujoco.MjData(model)
-    data.ctrl[:] = 50.0
-    mujoco.mj_step(model, data, 300)
-    lists = int(head_of(data)[1]["lists"])
-    mujoco.mj_step(model, data, 100)
-    assert abs(data.body("ball").xpos[2]) < 0.01  # it is held
-    assert int(head_of(data)[1]["lists"]) - lists < 50
