@@ -50,8 +50,8 @@ def move_world(head, w, state, again):
     STRUCK, if the step must be taken again, as something has been thrown at a tree that had passed by everything.
     """
     w.brief = 1 if w.age == FRESH else 0  # something was going on: if pairs must be listed, then as for what goes on
-    m, w.step, others = model_at(head.model, 0), head.step_size, head.free_count + head.mocap_count
-    w.age = AGED if head.tree_count > 0 and others > 0 else 0  # what is listed near a tree decides how its step is made
+    m, w.step = model_at(head.model, 0), head.step_size
+    w.age = AGED if head.tree_count > 0 else 0  # what is listed near a tree decides how its step is made
     head.lag = 0.5 * m.opt.timestep if head.start == last_state(head) else 0.0  # by Runge-Kutta there is no lag
     store(head.gravity, (0.0, 0.0, 0.0) if m.opt.disableflags & layout.NO_GRAVITY else load(m.opt.gravity))
     known, start = w.stale != 0, head.start
@@ -77,7 +77,7 @@ def move_world(head, w, state, again):
         find_moves_anew(head, w, WIDE)
         w.stale, w.brief = 1, 1  # such a list is long
     idle = not has_contacts(w) and checksums(head).left == 0.0  # nor at the end of the last step, which has stored it
-    if run_trees(head, READ) and others == 0 and idle:
+    if run_trees(head, READ) and head.free_count + head.mocap_count == 0 and idle:
         return MOVED
     for i in range(head.free_count):
         free.lead_free(head, free_at(head.frees, i))

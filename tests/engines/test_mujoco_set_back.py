@@ -331,9 +331,9 @@ def test_a_copy_follows_an_arm_past_what_is_led_by_and_under_a_sudden_push(push,
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize(("held", "seed"), [("<freejoint/>", 0), ("", 2)])
+@pytest.mark.parametrize(("held", "seed"), [("<freejoint/>", 0), ("", 2), (None, 0), (None, 1)])
 def test_a_grasp_set_back_at_any_step_goes_on_to_the_bit(held, seed):
-    """Fingers with hanging links, which contacts push, around a free ball or a mocap body that is led to and fro.
+    """Fingers with hanging links, which contacts push, round a ball, a mocap body that is led to and fro, or nothing.
 
     What is listed near the links, by margins of this step or of an earlier one, decides whether the step is implicit.
     """
@@ -343,13 +343,14 @@ def test_a_grasp_set_back_at_any_step_goes_on_to_the_bit(held, seed):
         <geom type="box" size=".03 .1 .1" mass=".2"/><body pos="0 0 -.1"><joint axis="0 1 0" stiffness=".3"
         damping=".001"/><geom type="box" size=".012 .05 .04" pos="0 0 -.05" mass=".02"/></body></body>"""
 
-    mocap = "" if held else 'mocap="true"'
+    mocap = 'mocap="true"' if held == "" else ""
+    ball = "" if held is None else f'<body {mocap}>{held}<geom size=".02" density="3000"/></body>'
     model = load_model(
         f"""<mujoco><option timestep=".008" integrator="implicitfast"/><worldbody>
         <geom type="plane" size="1 1 .1" pos="0 0 -.4"/><geom type="box" size=".02 .3 .3" pos=".13 0 -.1"/>
         <body><joint type="slide" axis="0 0 1" stiffness="1e3" damping="5"/><joint type="slide" axis="1 0 0"
         stiffness="300"/><geom size=".02" pos="0 0 .3"/>{finger("l", -1)}{finger("r", 1)}</body>
-        <body {mocap}>{held}<geom size=".02" density="3000"/></body></worldbody>
+        {ball}</worldbody>
         <actuator><motor joint="l"/><motor joint="r"/></actuator></mujoco>""",
         [("*", "*", steel_pair(friction=0.4, restitution=0.8))],
     )
