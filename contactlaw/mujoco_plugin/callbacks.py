@@ -51,7 +51,8 @@ def move_world(head, w, state, again):
     """
     w.brief = 1 if w.age == FRESH else 0  # something was going on: if pairs must be listed, then as for what goes on
     m, w.step = model_at(head.model, 0), head.step_size
-    w.age = AGED if head.tree_count > 0 else 0  # what is listed near a tree decides how its step is made
+    beside = head.tree_count > 0 and head.free_count + head.mocap_count > 0
+    w.age = AGED if beside else 0  # what is listed near a tree decides how its step is made, see `trees.ask_trees`
     head.lag = 0.5 * m.opt.timestep if head.start == last_state(head) else 0.0  # by Runge-Kutta there is no lag
     store(head.gravity, (0.0, 0.0, 0.0) if m.opt.disableflags & layout.NO_GRAVITY else load(m.opt.gravity))
     known, start = w.stale != 0, head.start

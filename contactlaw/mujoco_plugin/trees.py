@@ -23,7 +23,7 @@ from contactlaw.mujoco_plugin.notices import TOWED, report_once
 from contactlaw.world.bodies.motion import is_static
 from contactlaw.world.data.access import axis_at, body_at, limit_at, near_at, tree_at, world_at
 from contactlaw.world.data.call import BODY_TYPE, VECTOR, call_on_tree, call_with_body
-from contactlaw.world.data.records import LATE
+from contactlaw.world.data.records import AGED, LATE
 from contactlaw.world.data.tree import ASKED, DENIED, PASSES, PLACED
 from contactlaw.world.data.vec import cross, load, norm, store
 from contactlaw.world.near.passing import find_passing, needs_list
@@ -121,8 +121,10 @@ def ask_trees(head, w):
         for k in range(t.count):
             body_at(t.bodies, k).placed = placed
         w.stale = max(w.stale, placed)
-        denied = body_at(t.bodies, 0).asleep != 0 or w.denied == LATE or is_pushed(head, j, t)
-        t.passes = DENIED if denied else ASKED
+        if is_pushed(head, j, t):
+            w.age, t.passes = AGED, DENIED
+        else:
+            t.passes = DENIED if body_at(t.bodies, 0).asleep != 0 or w.denied == LATE else ASKED
     needed = needs_list(w)
     for i in range(w.body_count if needed else 0):
         b = body_at(w.bodies, i)
