@@ -24,7 +24,7 @@ from contactlaw.world.data.call import address, call_read, call_step, ready
 from contactlaw.world.data.checksum import as_float, mix
 from contactlaw.world.data.demand import READ as READ_STATE
 from contactlaw.world.data.demand import STEP
-from contactlaw.world.data.records import AGED, FRESH, LATE, RESIZED, UNLISTED, WIDE
+from contactlaw.world.data.records import FRESH, LATE, RESIZED, UNLISTED, WIDE
 from contactlaw.world.data.vec import cross, load, scale, store
 from contactlaw.world.near.passing import follow, may_follow, part
 from contactlaw.world.sleep import is_at_rest
@@ -50,9 +50,7 @@ def move_world(head, w, state, again):
     STRUCK, if the step must be taken again, as something has been thrown at a tree that had passed by everything.
     """
     w.brief = 1 if w.age == FRESH else 0  # something was going on: if pairs must be listed, then as for what goes on
-    m, w.step = model_at(head.model, 0), head.step_size
-    beside = head.tree_count > 0 and head.free_count + head.mocap_count > 0
-    w.age = AGED if beside else 0  # what is listed near a tree decides how its step is made, see `trees.ask_trees`
+    m, w.step, w.age = model_at(head.model, 0), head.step_size, 0
     head.lag = 0.5 * m.opt.timestep if head.start == last_state(head) else 0.0  # by Runge-Kutta there is no lag
     store(head.gravity, (0.0, 0.0, 0.0) if m.opt.disableflags & layout.NO_GRAVITY else load(m.opt.gravity))
     known, start = w.stale != 0, head.start

@@ -112,8 +112,11 @@ def is_as_left(head, j, t):
 def ask_trees(head, w):
     """Ask trees whether they pass by everything, unless contacts push them; return whether near pairs must be known.
 
-    If so, what is listed near a body that moves decides which trees pass: it is listed for this step.
+    If so, what is listed near a body that moves decides which trees pass: it is listed for this step. It decides how a
+    step is made, too, where contacts push a tree or other bodies are beside one: then lists must show no age.
     """
+    if head.free_count + head.mocap_count > 0:
+        w.age = AGED
     for i in range(head.tree_count):
         j = jointed_at(head.trees, i)
         t = tree_at(w.trees, j.tree)

@@ -163,14 +163,20 @@ def test_a_ball_sleeps_by_steps_of_a_third_of_an_impact(restitution: float) -> N
     assert world.asleep.all()
 
 
-def test_what_a_constant_torque_turns_against_friction_sleeps_on() -> None:
-    """A torque of 0.02 N m about the normal, less than friction's moment; by it alone the box woke in each step."""
+def box_under_torque() -> tuple[World, int]:
+    """A rubber box of 1 kg on a floor for a second, under 0.02 N m about the normal: less than friction's moment."""
     world = World(timestep=2e-3)
     body = world.add_body(1.0, 4e-4, (0.0, 0.0, 0.02))
     pair = ContactPair("rubber", "rubber", friction=0.8, restitution=0.3)
     world.add_contact(world.add_box(body, (0.02, 0.02, 0.02)), world.add_plane(None, *FLOOR), pair)
     world.apply_force(body, torque=(0.0, 0.0, 0.02))
     world.step(500)
+    return world, body
+
+
+def test_what_a_constant_torque_turns_against_friction_sleeps_on() -> None:
+    """By the torque alone the box woke in each step."""
+    world, body = box_under_torque()
     for _ in range(20):
         world.step()
         assert world.asleep[body]
@@ -181,12 +187,7 @@ def test_what_a_constant_torque_turns_against_friction_sleeps_on() -> None:
 
 def test_a_force_in_place_of_a_torque_of_the_same_number_is_felt() -> None:
     """By statics; a torque counted as the force at an arm of 1 m, so that one for the other changed nothing."""
-    world = World(timestep=2e-3)
-    body = world.add_body(1.0, 4e-4, (0.0, 0.0, 0.02))
-    pair = ContactPair("rubber", "rubber", friction=0.8, restitution=0.3)
-    world.add_contact(world.add_box(body, (0.02, 0.02, 0.02)), world.add_plane(None, *FLOOR), pair)
-    world.apply_force(body, torque=(0.0, 0.0, 0.02))
-    world.step(500)
+    world, body = box_under_torque()
     assert world.asleep[body]
     world.apply_force(body, force=(0.0, 0.0, 0.02))
     world.step(500)
