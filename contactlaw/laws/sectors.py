@@ -146,7 +146,7 @@ def advance(contact, state, memory, modulus, moved):
         memory -= before
         f, g, m = resultant(memory)
     contact.f, contact.g = carried(contact, span * (f + state.missed[0]), span * (g + state.missed[1]))
-    state.moment = span * span * (m + state.missed[2]) * min(contact.force / contact.elastic, 1.0)
+    state.moment = span * span * (m + state.missed[2]) * contact.ratio
     state.stored = 0.5 * span / contact.g_star * (stored(memory, soft) + energy_of(state.missed, hold))
 
 
@@ -351,7 +351,7 @@ def hand_over(contact, state, memory, modulus):
     count, radius = memory.size // 2, sqrt(contact.radius * max(contact.before, 0.0))
     held = 1.0 / (2.0 * radius * contact.ratio) if radius * contact.ratio > 0.0 else 0.0
     memory[:count], memory[count:] = held * contact.f, held * contact.g
-    state.twists[:] = state.moment / stuck_stiffness(modulus, radius) if radius > 0.0 else 0.0
+    state.twists[:] = 2.0 * held * radius * state.moment / stuck_stiffness(modulus, radius) if radius > 0.0 else 0.0
     contact.state, contact.scale = SPRUNG, state.span
 
 

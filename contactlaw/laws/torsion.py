@@ -124,16 +124,21 @@ def stuck_stiffness(modulus, radius):
 
 
 def twist(state, contact, modulus, angle, friction):
-    """Update the moment of a contact twisted by an angle [rad]. modulus: G_t [Pa]; friction: left for the moment."""
+    """Update the moment of a contact twisted by an angle [rad]. modulus: G_t [Pa]; friction: left for the moment.
+
+    It carries the damper's force as the tangential force does, see `slip.carried`.
+    """
     radius = sqrt(contact.radius * contact.overlap)
     old = sqrt(contact.radius * max(contact.before, 0.0))
     follow(state, contact, old)
     if contact.before < 0.0:
         angle *= contact.overlap / (contact.overlap - contact.before)
     hold = stuck_stiffness(modulus, radius)
-    cap = FULL * friction * min(contact.force, contact.elastic) * radius
-    one = 1.0 / radius
-    state.moment = turn_rings(state, state.span * one, old * one, angle, cap / hold) * hold
+    load, share = contact.elastic, contact.ratio
+    if contact.course == LASTING:
+        load, share = min(contact.force, load), 1.0
+    one, cap = 1.0 / radius, FULL * friction * load * radius
+    state.moment = share * turn_rings(state, state.span * one, old * one, angle, cap / hold) * hold
 
 
 @jit_of_sums

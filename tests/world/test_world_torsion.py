@@ -8,7 +8,7 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
-from contactlaw import MATERIALS, ContactPair, Material
+from contactlaw import MATERIALS, Body, ContactPair, Material, collide
 from contactlaw.world import World
 from sims.contact_point import static_overlap
 from tests.world.chains import Chain, Link
@@ -192,6 +192,23 @@ def test_a_ball_that_pivots_within_a_long_step_does_not_pivot_back(timestep: flo
         before = world.energy.total
     assert abs(world.spin[0, 2]) < 1e-3
     assert world.spin[0, 1] == pytest.approx(0.07 / RADIUS, rel=1e-3)
+
+
+@pytest.mark.parametrize("law", ["microslip", "coulomb"])
+@pytest.mark.parametrize("restitution", [1.0, 0.8, 0.3])
+def test_in_an_impact_spin_slips_under_the_whole_normal_force(restitution: float, law: str) -> None:
+    """Two balls, head on: Lubkin's limit 3 pi/16 mu P a, integrated over force and overlap of `collide`."""
+    pair = replace(steel(0.01, restitution), law=law)
+    impact = collide(pair, Body(MASS, RADIUS, velocity=(0, 0, -0.5)), Body(MASS, RADIUS, velocity=(0, 0, 0.5)))
+    radius = np.sqrt(RADIUS / 2.0 * np.maximum(impact.overlap, 0.0))
+    slowed = np.trapezoid(3.0 * pi / 16.0 * 0.01 * impact.normal_force * radius, impact.time) / INERTIA
+    world = World(gravity=0.0, timestep=1e-3)
+    for way in (1.0, -1.0):
+        ball = world.add_body(MASS, INERTIA, (0, 0, way * 1.02 * RADIUS), (0, 0, -way * 0.5), spin=(0, 0, way * 1e3))
+        world.add_sphere(ball, RADIUS)
+    world.add_contact(0, 1, pair)
+    world.step(2)
+    assert 1e3 - world.spin[0, 2] == pytest.approx(slowed, rel=5e-3)
 
 
 def test_friction_of_what_slides_and_spins_begins_with_the_impact() -> None:
