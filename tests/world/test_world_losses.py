@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import atan, cos, exp, pi, sin
+from dataclasses import dataclass, replace
+from math import atan, cos, exp, log, pi, sin
 
 import numpy as np
 import pytest
@@ -168,6 +168,20 @@ def test_a_touch_reads_restitution_and_friction(speed: float) -> None:
     impact = collide(pair, Body(MASS, RADIUS, velocity=(slide, 0.0, -speed)))
     assert world.velocity[0, 2] / speed == pytest.approx(e(speed), abs=2e-4)
     np.testing.assert_allclose(world.velocity[0], impact.velocity_a, atol=1e-3 * mu(slide) * speed)
+
+
+@pytest.mark.parametrize("timestep", [1e-3, 1e-2])
+def test_a_slide_slows_by_the_friction_of_its_present_speed(timestep: float) -> None:
+    """In closed form, for mu = b + c exp(-v/s): d exp(v/s)/dt = -(b exp(v/s) + c) g/s; here on four feet."""
+    mu, speed, time, pair = FallingFriction(0.4, 0.1, 0.5), 1.5, 0.4, ContactPair("steel", "steel", 0.0, 0.5)
+    world = World(timestep=timestep)
+    sled = world.add_body(1.0, 1e6, (0.0, 0.0, RADIUS - static_overlap(pair, 0.25 * GRAVITY, RADIUS)), (speed, 0, 0))
+    feet = [world.add_sphere(sled, RADIUS, (x, y, 0.0)) for x in (-0.1, 0.1) for y in (-0.1, 0.1)]
+    world.add_contact(feet, world.add_plane(None, (0, 0, 0), (0, 0, 1)), replace(pair, friction=mu))
+    world.step(round(time / timestep))
+    ratio = (mu.start - mu.end) / mu.end
+    left = (exp(speed / mu.speed) + ratio) * exp(-mu.end * GRAVITY * time / mu.speed) - ratio
+    assert world.velocity[sled, 0] == pytest.approx(mu.speed * log(left), abs=2e-5)
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,9 @@ from contactlaw.world.bodies.motion import velocity_at
 from contactlaw.world.contacts import force
 from contactlaw.world.contacts.pace import closing_speed, radius_of, resting_duration, stays_closed
 from contactlaw.world.contacts.substep import TOUCHING
-from contactlaw.world.data.access import body_at, contact_at, near_at, row_at, shape_at, tree_at
+from contactlaw.world.data.access import body_at, contact_at, near_at, pair_at, row_at, shape_at, tree_at
 from contactlaw.world.data.kinds import DISC, SEGMENT, SIDE
+from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, sub, to_body, to_world
 from contactlaw.world.near.time_of_impact import find_gap
@@ -123,7 +124,8 @@ def motion_of(w, bodies, pairs):
     the direction of a stage's end, and one stage would take some (omega h)^2 of its energy. It slides steadily if it
     has no tree, no contact moves along its normal, nor do its bodies (after an implicit step, a contact knows its mean
     speed alone), and all closed contacts slide so, against friction, without spin (or it depends on rates): one that
-    begins to slip may have the slopes of sticking. They are those of balls and corners: others run along with tilt.
+    begins to slip may have the slopes of sticking. They are those of balls and corners, others run along with tilt, and
+    have a constant friction: an iteration takes that of the speed before it.
     """
     jointed, twice = False, False
     for i in range(bodies):
@@ -141,6 +143,7 @@ def motion_of(w, bodies, pairs):
             way = w.step * norm(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)))
             slipping = force.slips_fully(c.touch) and way > force.slide_to_slip(c.touch)
             runs = shape_at(w.shapes, c.shape_a).kind >= SEGMENT or c.torsion.span != 0.0
+            runs = runs or law_of(w, pair_at(w.pairs, c.pair)).speeds != 0.0
             slides = slides and steady and slipping and c.touch.friction != 0.0 and not runs
             turn = w.step * max(norm(load(a.spin)), norm(load(b.spin)))
             twice = twice or turn > LEAST_TURN or slipping
