@@ -47,7 +47,7 @@ def advance_contact(w, c, slot, moved, slide, dt, motion):
         c.pending_twist += angle
         later = w.twists == TWIST_LATER and t.state != OPEN and t.state != SPUN and c.coasted_from == 0.0
         # nor does a twist wait by which the contact slips: friction, which that lowers, would act in full meanwhile
-        later = later and not (t.course == LASTING and twist_slips(t, c.pending_twist))
+        later = later and not twist_slips(t, c.pending_twist)
         if later and TORSION_EVERY * dt < torsion_time(w, c):
             c.twist_overlap = c.twist_overlap if c.twist_overlap > 0.0 else t.before
             spun = False
