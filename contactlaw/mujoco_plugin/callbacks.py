@@ -24,7 +24,7 @@ from contactlaw.world.data.call import address, call_read, call_step, ready
 from contactlaw.world.data.checksum import as_float, mix
 from contactlaw.world.data.demand import READ as READ_STATE
 from contactlaw.world.data.demand import STEP
-from contactlaw.world.data.records import FRESH, LATE, RESIZED, UNLISTED, WIDE
+from contactlaw.world.data.records import AGED, FRESH, LATE, RESIZED, UNLISTED, WIDE
 from contactlaw.world.data.vec import cross, load, scale, store
 from contactlaw.world.near.passing import follow, may_follow, part
 from contactlaw.world.sleep import is_at_rest
@@ -70,8 +70,10 @@ def move_world(head, w, state, again):
     if head.calm != 0 and is_edited(head):
         return EDITED
     find_moves(head, w)
-    if w.denied != 0 and not new:  # whether a tree passes must not depend on when, or how widely, pairs were listed
-        find_moves_anew(head, w, 1)
+    if w.denied != 0:  # whether a tree passes must not depend on when, or how widely, pairs were listed
+        if not new:
+            find_moves_anew(head, w, 1)
+        w.age = FRESH if w.age == AGED else w.age
     if w.denied == UNLISTED:
         find_moves_anew(head, w, WIDE)
         w.stale, w.brief = 1, 1  # such a list is long

@@ -25,8 +25,8 @@ from contactlaw.world.data.access import axis_at, body_at, limit_at, near_at, tr
 from contactlaw.world.data.call import BODY_TYPE, VECTOR, call_on_tree, call_with_body
 from contactlaw.world.data.records import AGED, LATE
 from contactlaw.world.data.tree import ASKED, DENIED, PASSES, PLACED
-from contactlaw.world.data.vec import cross, load, norm, store
-from contactlaw.world.near.passing import find_passing, needs_list
+from contactlaw.world.data.vec import cross, load, norm, scale, store, sub
+from contactlaw.world.near.passing import find_passing, leaves_soon, needs_list
 from contactlaw.world.state import forget_motion_of
 from contactlaw.world.trees.dynamics import add_impulse, solve
 from contactlaw.world.trees.kinematics import is_pressed, spread_velocity, vector
@@ -122,7 +122,10 @@ def ask_trees(head, w):
         t = tree_at(w.trees, j.tree)
         placed = 0 if head.known != 0 or is_as_left(head, j, t) else 1
         for k in range(t.count):
-            body_at(t.bodies, k).placed = placed
+            b = body_at(t.bodies, k)
+            b.placed = placed
+            if t.passes == PASSES and leaves_soon(b, head.step_size):
+                w.stale = 1
         w.stale = max(w.stale, placed)
         if is_pushed(head, j, t):
             w.age, t.passes = AGED, DENIED
@@ -151,12 +154,16 @@ def find_tree(head, j, t, needed):
         for i in range(t.count):
             forget_motion_of(body_at(t.bodies, i))
         coordinates, velocities = places_in(head, head.start)
-        set_bodies(head, j, t, (coordinates, d.qacc))  # which may press it on what it lies on
+        set_bodies(head, j, t, (coordinates, d.qvel))
         for i in range(t.count):
             b = body_at(t.bodies, i)
             store(b.acceleration, load(b.velocity))
             store(b.turning, load(b.spin))
         set_bodies(head, j, t, (coordinates, velocities))
+        for i in range(t.count):  # in the mean of the step, which damps joints; they may press it on what it lies on
+            b, rate = body_at(t.bodies, i), 1.0 / head.step_size
+            store(b.acceleration, scale(rate, sub(load(b.acceleration), load(b.velocity))))
+            store(b.turning, scale(rate, sub(load(b.turning), load(b.spin))))
     j.there = SLEEPS if asleep else ASKED
 
 

@@ -139,6 +139,13 @@ def needs_gap(b):
     return b.placed != 0 or (b.tree != 0 and tree_at(b.tree, 0).passes == ASKED)
 
 
+def leaves_soon(b, step):
+    """Return whether a body may leave its margin within two steps [s] at its present velocity."""
+    way = norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
+    way += 2.0 * step * (norm(load(b.velocity)) + b.reach * norm(load(b.spin)))
+    return guards.has_shapes(b) and way > b.margin
+
+
 def find_passing(world):
     """Find which of the trees that are ASKED pass by everything; their bodies are at the end of the step.
 
@@ -151,12 +158,8 @@ def find_passing(world):
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         b.active = 0
-        if may_pass(b) and guards.has_shapes(b):
-            travelled = norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
-            if travelled > b.margin:
-                unlisted = deny(w, b, i) or unlisted
-            if travelled + 2.0 * w.step * (norm(load(b.velocity)) + b.reach * norm(load(b.spin))) > b.margin:
-                w.stale = 1
+        if may_pass(b) and leaves_soon(b, 0.0):
+            unlisted = deny(w, b, i) or unlisted
     for k in range(w.guard_count):
         g = guard_at(w.guards, k)
         if not (may_pass(body_at(w.bodies, g.body_a)) or may_pass(body_at(w.bodies, g.body_b))):
