@@ -99,3 +99,42 @@ def test_parts_that_lie_flush_and_do_not_move_are_listed_once():
     _, world = head_of(data)
     mujoco.mj_step(model, data, 100)
     assert int(world["lists"]) < 5 and data.qpos[0] == 0.0  # one in each step before, as by rounding they overlap
+
+
+def test_a_light_link_with_a_stiff_damper_is_near_only_what_it_can_reach():
+    # Without inertia a servo of stiffness k turns it at k/d times its error at most: 2 rad/s, though qacc is 1e5 times
+    # that. Its tip, 50 mm from the hinge, moves by 3 mm in 16 steps; the wall is 20 mm away.
+    model = load_model(
+        """<mujoco><option timestep="2e-3"/><worldbody><geom type="box" size=".05 .05 .05" pos=".08 0 .09"/>
+        <body><joint name="hinge" axis="0 1 0" damping="1"/>
+        <geom type="box" size=".02 .003 .003" pos=".03 0 0" mass=".004"/>
+        </body></worldbody><actuator><position joint="hinge" kp="2"/></actuator></mujoco>""",
+        [("*", "*", STEEL)],
+    )
+    data = mujoco.MjData(model)
+    near = 0
+    for i in range(60):
+        data.ctrl[0] = 1.0 if i % 20 < 10 else -1.0
+        mujoco.mj_step(model, data)
+        near = max(near, head_of(data)[1]["nears"])
+    assert np.abs(data.qvel).max() < 4.0
+    assert near == 0
+
+
+def test_near_pairs_are_listed_once_in_a_step_where_one_tree_is_pushed_and_another_passes():
+    model = load_model(
+        """<mujoco><option timestep="1e-3"/><worldbody><geom type="plane" size="1 1 .1"/>
+        <body pos="0 0 .0199"><joint type="slide" axis="0 0 1"/><geom type="box" size=".02 .02 .02" mass=".1"/></body>
+        <body pos=".3 0 .3"><joint axis="0 1 0"/><geom type="box" size=".02 .02 .02" pos="0 0 -.1" mass=".1"/></body>
+        </worldbody></mujoco>""",
+        [("*", "*", ContactPair(MATERIALS["rubber"], MATERIALS["steel"], friction=0.5, restitution=0.5))],
+    )
+    data = mujoco.MjData(model)
+    data.qpos[1] = 1.0
+    mujoco.mj_step(model, data, 50)  # the box has landed
+    before = int(head_of(data)[1]["lists"])
+    for i in range(50):
+        data.qfrc_applied[0] = 0.3 * np.sin(i)  # it does not fall asleep
+        mujoco.mj_step(model, data)
+    assert head_of(data)[1]["kicks"] > 0
+    assert head_of(data)[1]["lists"] - before <= 50
