@@ -19,6 +19,7 @@ from contactlaw.mujoco_plugin.layout import data_at, model_at
 from contactlaw.mujoco_plugin.notices import is_edited, report_contacts, report_once, send_report
 from contactlaw.mujoco_plugin.sensors import call_sense
 from contactlaw.mujoco_plugin.trees import FIND, MOVE, READ, WRITE, call_press, call_trees
+from contactlaw.world.contacts.touch import has_contacts, nears_in_use
 from contactlaw.world.data.access import body_at, contact_at, near_at, world_at
 from contactlaw.world.data.call import address, call_read, call_step, ready
 from contactlaw.world.data.checksum import as_float, mix
@@ -28,7 +29,7 @@ from contactlaw.world.data.records import AGED, FRESH, LATE, RESIZED, UNLISTED, 
 from contactlaw.world.data.vec import cross, load, scale, store
 from contactlaw.world.near.passing import follow, may_follow, part
 from contactlaw.world.sleep import is_at_rest
-from contactlaw.world.state import forget_motion, has_contacts, unused_span, write
+from contactlaw.world.state import forget_motion, unused_span, write
 from contactlaw.world.step import FIND_PRESSED, FIXED_ROOM
 from contactlaw.world.trees.mobility import clear
 
@@ -234,7 +235,7 @@ def store_state(head, w, state):
     """Write the force of the contacts and the state of the world to plugin_state."""
     push = state[PUSH : PUSH + head.nv]
     clear(push)
-    for k in range(w.nears):
+    for k in range(nears_in_use(w)):
         p = near_at(w.near, k)
         if p.closed != 0:
             c = contact_at(w.contacts, p.slot)

@@ -21,6 +21,7 @@ from contactlaw.memory import caller, same_wholes, set_whole, whole_at
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import checksums, shifted
 from contactlaw.mujoco_plugin.layout import data_at
+from contactlaw.world.contacts.touch import nears_in_use
 from contactlaw.world.data.access import contact_at, near_at, world_at
 from contactlaw.world.data.call import error_pending, raise_later
 from contactlaw.world.readout import DOUBTFUL, DOUBTS, PUT_IN, doubt_value, doubts_of
@@ -94,7 +95,7 @@ def send_report(head, code, value, a, b):
 
 def report_contacts(head, w):
     """Report what is doubtful about contacts, and contacts without room."""
-    for k in range(w.nears):
+    for k in range(nears_in_use(w)):
         p = near_at(w.near, k)
         if p.slot >= 0:
             c = contact_at(w.contacts, p.slot)

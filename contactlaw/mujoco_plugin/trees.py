@@ -81,22 +81,26 @@ def serve(block, stage):
 
 def move_tree(head, j, t):
     """Move a tree that may pass to where the engine's step has taken it."""
-    d, turn, gain = data_at(head.data, 0), 0.0, 0.0  # how far [m] or [rad] an axis moves in the step, see `LOST_GAIN`
-    before, pushed = doubles_at(places_in(head, head.start)[1]), is_pushed(head, j, t)
-    for k in range(t.v_size):
-        place = whole_at(head.places, j.v + k)
-        # the engine's step has held the push of contacts: in an impact what that does is no motion
-        v = before[place] if pushed else doubles_at(d.qvel)[place]
-        turn, gain = max(turn, head.step_size * abs(v)), max(gain, head.step_size * abs(v - before[place]))
+    d, (turn, gain) = data_at(head.data, 0), turns(head, j, t)
     if turn > LOST or (t.passes == ASKED and gain > LOST_GAIN):
         t.passes = PASSES  # the engine goes on with it by itself, without contacts, and finds it unstable
-    elif turn > STABLE_TURN:
-        t.passes = DENIED
     if t.passes != DENIED:
         set_bodies(head, j, t, (d.qpos, d.qvel))
         for k in range(t.count):
             b = body_at(t.bodies, k)
             b.turned += head.step_size * norm(load(b.spin))
+
+
+def turns(head, j, t):
+    """Return how far [m] or [rad] an axis of a tree moves in the engine's step, and by what it gains in it."""
+    turn, gain, after = 0.0, 0.0, doubles_at(data_at(head.data, 0).qvel)
+    before, pushed = doubles_at(places_in(head, head.start)[1]), is_pushed(head, j, t)
+    for k in range(t.v_size):
+        place = whole_at(head.places, j.v + k)
+        # the engine's step has held the push of contacts: in an impact what that does is no motion
+        v = before[place] if pushed else after[place]
+        turn, gain = max(turn, head.step_size * abs(v)), max(gain, head.step_size * abs(v - before[place]))
+    return turn, gain
 
 
 def is_as_left(head, j, t):
@@ -130,7 +134,9 @@ def ask_trees(head, w):
         if is_pushed(head, j, t):
             w.age, t.passes = AGED, DENIED
         else:
-            t.passes = DENIED if body_at(t.bodies, 0).asleep != 0 or w.denied == LATE else ASKED
+            turn, gain = turns(head, j, t)
+            whirls = STABLE_TURN < turn <= LOST and gain <= LOST_GAIN
+            t.passes = DENIED if body_at(t.bodies, 0).asleep != 0 or w.denied == LATE or whirls else ASKED
     needed = needs_list(w)
     for i in range(w.body_count if needed else 0):
         b = body_at(w.bodies, i)

@@ -9,6 +9,7 @@ from contactlaw.memory import whole_at
 from contactlaw.pybullet_callback import rows
 from contactlaw.world.bodies import motion
 from contactlaw.world.bodies.motion import set_axes, spin_rate
+from contactlaw.world.contacts.touch import has_contacts
 from contactlaw.world.data.access import body_at, contact_at, near_at, shape_at, world_at
 from contactlaw.world.data.call import address, call_step, ready
 from contactlaw.world.data.demand import STEP
@@ -21,7 +22,6 @@ from contactlaw.world.near.passing import follow, may_follow, part
 from contactlaw.world.readout import doubts_of
 from contactlaw.world.shapes.geometry import meet
 from contactlaw.world.sleep import is_at_rest
-from contactlaw.world.state import has_contacts
 from contactlaw.world.step import FIND_PRESSED, GROWING_ROOM
 
 UNDOING = 20  # iterations for the spin before a step of Bullet; each reduces the error by the turn in that step

@@ -18,7 +18,7 @@ from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 from contactlaw.jit import jit_module
 from contactlaw.memory import doubles_at, set_whole
 from contactlaw.world.bodies.motion import is_static
-from contactlaw.world.contacts.touch import add_to_ledger, has_parted, new_slot
+from contactlaw.world.contacts.touch import add_to_ledger, has_contacts, has_parted, nears_in_use, new_slot
 from contactlaw.world.data.access import axis_at, body_at, contact_at, link_at, near_at, pair_at, shape_at, tree_at
 from contactlaw.world.data.materials import friction_of, law_of, memory_of
 from contactlaw.world.data.records import CLOSED, FREE, LEDGER, PARTED, PAUSE_LIMIT
@@ -31,11 +31,6 @@ HEAD, SHAPES, SLEEP = 1, 3, 4  # numbers before all contacts, before the fields 
 FIRST = FIELDS["interval"][1] // 8
 KEPT = FIELDS["touches"][1] // 8 - FIRST  # numbers from there on that a row keeps, all float64
 PER_CONTACT = SHAPES + KNOWN_NUMBERS + KEPT  # numbers of a contact, besides the history of its law
-
-
-def has_contacts(w):
-    """Return whether any contact is in use: closed, or parted in the last step."""
-    return w.spares < w.contact_room
 
 
 def size(contact_room: int, memory_size: int, body_count: int, pair_count: int) -> int:
@@ -67,7 +62,7 @@ def write(w, out):
     length = PER_CONTACT + w.memory_size
     before = int(out[0]) if 0.0 <= out[0] <= room else room
     count, lost, at = 0, 0, HEAD
-    for k in range(w.nears):
+    for k in range(nears_in_use(w)):
         p = near_at(w.near, k)
         if p.closed == 0 and p.initial_overlap == 0.0:
             continue
@@ -92,7 +87,7 @@ def write(w, out):
         at += SLEEP
     for i in range(w.pair_count):
         copy(pair_at(w.pairs, i).ledger, out[at + LEDGER * i :])
-    for k in range(w.nears):
+    for k in range(nears_in_use(w)):
         p = near_at(w.near, k)
         if has_parted(p):
             add_to_ledger(contact_at(w.contacts, p.slot), out[at + LEDGER * p.pair :])

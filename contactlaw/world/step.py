@@ -17,7 +17,7 @@ from contactlaw.world import window
 from contactlaw.world.bodies.motion import fly, is_static, settle, update_momentum, wake_body
 from contactlaw.world.contacts.meeting import place_along
 from contactlaw.world.contacts.pace import LEAST_STEP, resting_duration, stays_closed, update_masses
-from contactlaw.world.contacts.touch import has_parted, release, update_geometry, update_initial_overlap
+from contactlaw.world.contacts.touch import has_parted, nears_in_use, release, update_geometry, update_initial_overlap
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at, tree_at
 from contactlaw.world.data.call import address, call_on_world, call_step, error_pending, ready
 from contactlaw.world.data.demand import IMPLICIT, STEP
@@ -159,7 +159,7 @@ def take_implicit_steps(w):
     for n in range(w.near_body_count):
         body_at(w.bodies, whole_at(w.near_bodies, n)).active = 0
     for order in range(2):
-        for k in range(w.nears):
+        for k in range(nears_in_use(w)):
             p = near_at(w.near, k)
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             if p.closed == 0 or window.is_left_out(a, b):
@@ -187,7 +187,7 @@ def begin(w):
         window.list_anew(w, w.brief)
     elif exceeded:
         list_parts_anew(w)
-    for k in range(w.nears):
+    for k in range(nears_in_use(w)):
         p = near_at(w.near, k)
         if p.slot >= 0:
             c = contact_at(w.contacts, p.slot)
@@ -242,7 +242,7 @@ def begin_pairs(w):
         c = contact_at(w.contacts, slot)
         if c.phase == PARTED and c.initial_overlap == 0.0:  # its pair is no longer listed
             release(w, slot)
-    for k in range(w.nears):
+    for k in range(nears_in_use(w)):
         p = near_at(w.near, k)
         if p.slot >= 0 and p.closed == 0 and not update_initial_overlap(w, p):
             release(w, p.slot)

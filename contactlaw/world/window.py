@@ -14,6 +14,7 @@ from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.bodies.bounds import is_idle, time_to_close
 from contactlaw.world.bodies.motion import fly, mobility_bound
 from contactlaw.world.contacts.pace import closing_speed, contact_duration, touch_duration
+from contactlaw.world.contacts.touch import nears_in_use
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at, tree_at
 from contactlaw.world.data.call import call_with_body
 from contactlaw.world.data.records import AGED, COASTS, FRESH, NEVER
@@ -84,7 +85,7 @@ def plan_window(w):
     Also whether shorter impacts may throw bodies far within the window: in crowds, or if the shortest is an idle one.
     """
     shortest, persistent, idle = NEVER, 0, False
-    for k in range(w.nears):
+    for k in range(nears_in_use(w)):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         if p.closed != 0 and not is_left_out(a, b):

@@ -92,6 +92,16 @@ def take_slot(w, q, k):
     return True
 
 
+def has_contacts(w):
+    """Return whether any contact is in use: closed, or parted in the last step."""
+    return w.spares < w.contact_room
+
+
+def nears_in_use(w):
+    """Return how many near pairs must be gone through for those with a contact: none while no contact is in use."""
+    return w.nears if has_contacts(w) else 0
+
+
 def new_slot(w):
     """Take a free slot for a contact, a record of zeros; return its number. Released slots are taken again first."""
     w.spares -= 1

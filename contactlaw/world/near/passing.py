@@ -153,11 +153,11 @@ def find_passing(world):
     see `find_pressed`.
     Sets `denied` if the answer depends on the list of near pairs: UNLISTED if that holds too little.
     """
-    w, unlisted = world_at(world, 0), False
+    w, unlisted, asked = world_at(world, 0), False, False
     w.denied = 0
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
-        b.active = 0
+        b.active, asked = 0, asked or may_pass(b)
         if may_pass(b) and leaves_soon(b, 0.0):
             unlisted = deny(w, b, i) or unlisted
     for k in range(w.guard_count):
@@ -173,7 +173,7 @@ def find_passing(world):
         if g.separated == 0 and furthest > g.limit:
             unlisted = deny(w, body_at(w.bodies, g.body_a), g.body_a) or unlisted
             unlisted = deny(w, body_at(w.bodies, g.body_b), g.body_b) or unlisted
-    found, first = True, True
+    found, first = asked, True
     while found:
         found = False
         for k in range(w.nears):
