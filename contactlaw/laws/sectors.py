@@ -351,6 +351,7 @@ def hand_over(contact, state, memory, modulus):
     count, radius = memory.size // 2, sqrt(contact.radius * max(contact.before, 0.0))
     held = 1.0 / (2.0 * radius * contact.ratio) if radius * contact.ratio > 0.0 else 0.0
     memory[:count], memory[count:] = held * contact.f, held * contact.g
+    # as the forces, the twists are those without the damper's share: 2 held radius is 1 over the ratio
     state.twists[:] = 2.0 * held * radius * state.moment / stuck_stiffness(modulus, radius) if radius > 0.0 else 0.0
     contact.state, contact.scale = SPRUNG, state.span
 

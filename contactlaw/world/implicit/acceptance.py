@@ -142,9 +142,9 @@ def motion_of(w, bodies, pairs):
             steady = force.is_quasi_static(c, 1.0) and force.is_slow(c, speed, 1.0)
             way = w.step * norm(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)))
             slipping = force.slips_fully(c.touch) and way > force.slide_to_slip(c.touch)
-            runs = shape_at(w.shapes, c.shape_a).kind >= SEGMENT or c.torsion.span != 0.0
-            runs = runs or law_of(w, pair_at(w.pairs, c.pair)).speeds != 0.0
-            slides = slides and steady and slipping and c.touch.friction != 0.0 and not runs
+            runs = shape_at(w.shapes, c.shape_a).kind >= SEGMENT
+            varies = c.torsion.span != 0.0 or law_of(w, pair_at(w.pairs, c.pair)).speeds != 0.0
+            slides = slides and steady and slipping and c.touch.friction != 0.0 and not (runs or varies)
             turn = w.step * max(norm(load(a.spin)), norm(load(b.spin)))
             twice = twice or turn > LEAST_TURN or slipping
     return 1 if jointed and not twice else 2, slides

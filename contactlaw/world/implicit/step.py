@@ -127,7 +127,7 @@ def extrapolate(w, bodies, ratio):
     """Let velocities of free bodies change on as in the first stage, `ratio` times as much: the second begins there.
 
     What rolls or turns begins near where it ends. Not in a steady slide, of which one iteration of the first stage has
-    left an error, nor in trees, whose stages differ by more.
+    left an error, nor in trees: robots would take a tenth more factorisations.
     """
     eq = equations_of(w)
     for i in range(bodies):

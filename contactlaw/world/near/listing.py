@@ -40,12 +40,16 @@ def is_part(s):
     return s.kind in PARTS or s.place > 0
 
 
+def travelled(b):
+    """Return how far [m] any point of a body's shapes may have moved since near pairs were listed."""
+    return norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
+
+
 def may_leave_margin(b, left, gained=0.0):
     """Return whether a body may leave its margin within a time [s]; gained: speed [m/s] that impacts may give it."""
     if not has_shapes(b):
         return False
-    way = norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
-    return way + (0.0 if b.still != 0 else left * (surface_speed(b, left) + gained)) > b.margin
+    return travelled(b) + (0.0 if b.still != 0 else left * (surface_speed(b, left) + gained)) > b.margin
 
 
 def list_near(w):

@@ -28,7 +28,7 @@ from contactlaw.world.data.saved import restore_body, save_body
 from contactlaw.world.data.tree import ASKED, DENIED, PASSES
 from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, store, sub, to_body, to_world
 from contactlaw.world.near import guards
-from contactlaw.world.near.listing import list_near, may_leave_margin
+from contactlaw.world.near.listing import list_near, may_leave_margin, travelled
 from contactlaw.world.shapes.geometry import meet_near
 
 MAX_PASSING_TURN = 1.0  # [rad] by which a body may turn against another in a step for its path to count as known
@@ -141,9 +141,7 @@ def needs_gap(b):
 
 def leaves_soon(b, step):
     """Return whether a body may leave its margin within two steps [s] at its present velocity."""
-    way = norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
-    way += 2.0 * step * (norm(load(b.velocity)) + b.reach * norm(load(b.spin)))
-    return guards.has_shapes(b) and way > b.margin
+    return guards.has_shapes(b) and travelled(b) + 2.0 * step * guards.surface_speed(b, 0.0) > b.margin
 
 
 def find_passing(world):
@@ -158,7 +156,7 @@ def find_passing(world):
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         b.active, asked = 0, asked or may_pass(b)
-        if may_pass(b) and leaves_soon(b, 0.0):
+        if may_pass(b) and may_leave_margin(b, 0.0):
             unlisted = deny(w, b, i) or unlisted
     for k in range(w.guard_count):
         g = guard_at(w.guards, k)
