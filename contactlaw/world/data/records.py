@@ -196,12 +196,15 @@ COASTING = record(
     pace="f8",  # longest substep [s], see `pace.longest_substep`
     normal=VECTOR, radius_a="f8", radius_b="f8",  # at the start; lengths of the arms [m]
     tilting="f8",  # change of the normal of two free balls with what their centres move across it [1/m]
-    start=VECTOR, start_a="f8", start_b="f8",  # see `coasting.place_of`; angles about the normal [rad]; at the start
+    start=VECTOR, start_a="f8", start_turn="f8",  # see `coasting.place_of`; angles about the normal [rad], A, A over B
+    turn="f8",  # of the latter, since the start [rad]
     slide=VECTOR, impulse=VECTOR,  # tangential displacement of A over B since the start [m]; on A [N s]
     first="f8", overlap="f8", closing="f8",  # at the start and now [m], [m/s]
     stiffness="f8", elastic="f8", damping="f8",  # k of Hertz; its force now [N]; damping d [N s/m]
     share="f8", beside="f8",  # with n contacts side by side 1/(1 + n x) and (n - 1) x/(1 + n x), x = d h/(2 m)
     spring="f8", drag="f8", friction="f8",  # tangential: [N/m], [N s/m], coefficient
+    torsion="f8", torsion_drag="f8", torsion_limit="f8",  # [N m/rad], [N m s/rad], moment over P at the limit [m]
+    twisted="f8",  # moment of the spring at the start [N m]
     force="f8", pull=VECTOR, held=VECTOR, moment="f8",  # P, friction on B, that of the spring at the start [N]; [N m]
     time="f8", longest="f8", furthest="f8",  # since the start [s]; time [s] and displacement [m] for which it may coast
     normal_work="f8", friction_work="f8",  # [J]
