@@ -41,8 +41,8 @@ class ContactPair:
         law: A law, or its name in `LAWS`, followed by the fields that differ from their defaults
             ("microslip node_count=32").
         stiffness_ratio: kappa = k_T/k_N; None: G*/E* of the materials.
-        rolling_resistance: Coefficient mu_r >= 0 of the moment mu_r R P against rolling (`laws.rolling`), with the
-            effective radius R.
+        rolling_resistance: Coefficient mu_r >= 0 of the moment mu_r R P against rolling (`laws.rolling`), R the
+            effective radius along the way that it rolls.
 
     Raises:
         ValueError: A value is outside its range; the message names it.

@@ -1,6 +1,6 @@
 """Forces and moments of a contact: the calls of laws, dashpots for persistent contacts, slopes, stored energy."""
 
-from math import copysign, sqrt
+from math import copysign, exp, sqrt
 
 from contactlaw.jit import jit_inline, jit_module
 from contactlaw.laws import rolling, speeds, torsion
@@ -15,7 +15,8 @@ from contactlaw.world.data.demand import SPIN
 from contactlaw.world.data.materials import law_numbers, law_of, memory_of, speed_numbers
 from contactlaw.world.data.records import NEVER, TWIST_ALWAYS, TWIST_LATER
 from contactlaw.world.data.saved import KNOWN_NUMBERS, restore_contact
-from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub
+from contactlaw.world.data.vec import add, axpy, cross, dot, load, scale, sub
+from contactlaw.world.shapes.curvature import equivalent_radius
 
 PROBE = 1e-4  # displacement for the slopes of a law by finite differences, over the overlap
 DAMPING = 0.3  # damping ratio of the tangential dashpot, see `has_dashpot`
@@ -239,63 +240,64 @@ def stored_energy(w, c, slot):
         out += ask_energy(law, t, law_numbers(w, pair_at(w.pairs, c.pair)), memory_of(w, slot))
         out += torsion.stored(c.torsion, t, law.g_t)
     if law.rolling > 0.0:
-        out += rolling.stored(c.bend, t, rolling_resistance(w, c))
+        out += rolling.stored(c.bend, t, law.rolling)
     return out
 
 
-def rolling_resistance(w, c):
-    """Return the coefficient of rolling resistance mu_r: that of the pair, but at most such that mu_r R <= sqrt(I/m).
+def rolling_radii(w, c):
+    """Return the radii R [m] of rolling about both tangents, but at most such that mu_r R <= sqrt(I/m).
 
-    I: least moment of inertia. The spring k_r then oscillates at most 1.5 times as fast as the normal one, which
-    substeps resolve. Where flat sides touch, R may be metres, far more than the bodies' size.
+    About the first tangent what rolls goes across the ellipse of contact, about the second along it; I: least moment of
+    inertia. The spring k_r then oscillates at most 1.5 times as fast as the normal one, which substeps resolve. Where
+    flat sides touch, R may be metres, far more than the bodies' size.
     """
     mobility = max_inverse_inertia(body_at(w.bodies, c.body_a)) + max_inverse_inertia(body_at(w.bodies, c.body_b))
-    given = law_of(w, pair_at(w.pairs, c.pair)).rolling
-    return given / max(1.0, given * c.touch.radius * sqrt(c.touch.mass * mobility))
+    most = 1.0 / (law_of(w, pair_at(w.pairs, c.pair)).rolling * sqrt(c.touch.mass * mobility) + 1e-300)
+    if c.oblong == 0.0:
+        return min(c.touch.radius, most), min(c.touch.radius, most)
+    root = exp(0.5 * c.oblong)
+    radius = c.touch.radius / equivalent_radius(1.0 / root, root)
+    return min(radius / root, most), min(radius * root, most)
 
 
 def advance_rolling(w, c, rate):
     """Update the moments of a closed contact after its forces; rate: of both angles, A over B [rad/s]."""
-    t, resistance = c.touch, rolling_resistance(w, c)
-    left = rolling.roll(c.bend, t, resistance, c.rolled[0], c.rolled[1])
-    drag = rolling_dashpot(w, c, resistance)
-    u, v = c.bend[0] + drag * rate[0], c.bend[1] + drag * rate[1]
-    limit = resistance * t.radius * t.force
-    share = min(limit / sqrt(u * u + v * v + 1e-300), 1.0)
-    c.bending[0], c.bending[1], c.rolled[2] = share * u, share * v, share * left
+    t, resistance, (across, along) = c.touch, law_of(w, pair_at(w.pairs, c.pair)).rolling, rolling_radii(w, c)
+    left = rolling.roll(c.bend, t, resistance, across * c.rolled[0], along * c.rolled[1])
+    drag = rolling_dashpot(w, c, resistance, along)
+    u, v = c.bend[0] + drag * across * rate[0], c.bend[1] + drag * along * rate[1]
+    share = min(resistance * t.force / sqrt(u * u + v * v + 1e-300), 1.0)
+    c.bending[0], c.bending[1], c.rolled[2] = share * across * u, share * along * v, share * left
 
 
-def rolling_dashpot(w, c, resistance):
-    """Return the rolling dashpot [N m s] of a quasi-static persistent contact with damping; else zero.
+def rolling_dashpot(w, c, resistance, radius):
+    """Return the rolling dashpot [N s/m] of a quasi-static persistent contact with damping; else zero.
 
-    Without it a body that has stopped rolling would swing on the spring for ever.
+    Without it a body that has stopped rolling would swing on the spring for ever. radius: about the second tangent [m].
     """
-    t, e = c.touch, load(c.tangent)
+    t, a, b = c.touch, body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
     if t.course != LASTING or t.zeta == 0.0 or not is_quasi_static(c, 1.0):
         return 0.0
-    a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
-    mobility = dot(e, spin_change(a, e)) + dot(e, spin_change(b, e))
+    f = cross(load(c.normal), load(c.tangent))
+    mobility = radius * radius * (dot(f, spin_change(a, f)) + dot(f, spin_change(b, f)))
     return 2.0 * rolling.CALM * sqrt(rolling.stiffness(t, resistance) / mobility)
 
 
-def rolling_moment(c):
-    """Return the moment of rolling resistance on B [N m]; that on A is opposite."""
-    e = load(c.tangent)
-    return axpy(c.bending[0], e, scale(c.bending[1], cross(load(c.normal), e)))
-
-
-def rolling_axes(c):
-    """Return the unit vector along the moment of rolling resistance, and that across it and the normal."""
-    moment = rolling_moment(c)
-    size = norm(moment)
-    along = scale(1.0 / size, moment) if size > 0.0 else load(c.tangent)
-    return along, cross(load(c.normal), along)
+def rolling_axes(c, radii):
+    """Return the moments [m] of unit rolling resistance M/R along the present one and across it; radii: of rolling."""
+    (r, s), e = radii, load(c.tangent)
+    u, v, f = c.bending[0] / r, c.bending[1] / s, cross(load(c.normal), e)
+    size = sqrt(u * u + v * v)
+    u, v = (u / size, v / size) if size > 0.0 else (1.0, 0.0)
+    return axpy(r * u, e, scale(s * v, f)), axpy(-r * v, e, scale(s * u, f))
 
 
 def moment_of(c):
     """Return the moment of a contact on B [N m]: torsion and rolling resistance."""
-    about = scale(c.torsion.moment, load(c.normal))
-    return add(rolling_moment(c), about) if c.bending[0] != 0.0 or c.bending[1] != 0.0 else about
+    n, e = load(c.normal), load(c.tangent)
+    about = scale(c.torsion.moment, n)
+    bent = c.bending[0] != 0.0 or c.bending[1] != 0.0
+    return axpy(c.bending[0], e, axpy(c.bending[1], cross(n, e), about)) if bent else about
 
 
 jit_module(__name__)

@@ -49,8 +49,8 @@ def begin_contact(w, k, overlap):
     store(c.tangent, tangent(n))
     store(c.arm_a, arm_a)
     store(c.arm_b, arm_b)
-    if law.sectors != 0.0 and dot(along, along) > 0.0:
-        set_ellipse(c, along, norm(along))
+    if dot(along, along) > 0.0:
+        set_ellipse(c, along, law.sectors)
     update_masses(c, a, b)
     deep = pair_at(w.pairs, q.pair).relaxed != 0 and overlap > initial_overlap_limit(w, c)
     if overlap > TOUCHING * radius and not is_placed(w, a, b):
@@ -137,14 +137,15 @@ def release_if_put_deeper(w, p):
         p.slot, p.closed, p.initial_overlap, w.stale = -1, 0, 0.0, 1
 
 
-def set_ellipse(c, along, length):
-    """Make a new contact elliptic, its first tangent along the longer axis; length: ln(q/p), see `share_along`."""
+def set_ellipse(c, along, skewed):
+    """Make a new contact elliptic, its first tangent along the longer axis, of length ln(q/p); skewed: its law is."""
     n, t = load(c.normal), c.touch
     e = axpy(-dot(along, n), n, along)
     size = norm(e)
     if size > 0.0:
         store(c.tangent, scale(1.0 / size, e))
-        t.skew = 2.0 * (1.0 - t.g_star / t.e_star) * share_along(length)
+        c.oblong = norm(along)
+        t.skew = skewed * 2.0 * (1.0 - t.g_star / t.e_star) * share_along(c.oblong)
 
 
 def update_geometry(w, c):

@@ -213,10 +213,11 @@ def add_stiffness(w, r, stage):
 def add_moments(w, c, a, b, stage):
     """Add to H the slopes of moments by angles: rolling resistance, and a side over a face of a box; stage [s]."""
     square = stage * stage
-    if law_of(w, pair_at(w.pairs, c.pair)).rolling != 0.0:
-        resistance = force.rolling_resistance(w, c)
-        k = square * stiffness(c.touch, resistance) + stage * force.rolling_dashpot(w, c, resistance)
-        along, across = force.rolling_axes(c)
+    resistance = law_of(w, pair_at(w.pairs, c.pair)).rolling
+    if resistance != 0.0:
+        radii = force.rolling_radii(w, c)
+        k = square * stiffness(c.touch, resistance) + stage * force.rolling_dashpot(w, c, resistance, radii[1])
+        along, across = force.rolling_axes(c, radii)
         add_moment_stiffness(w, a, b, along, scale(k if c.rolled[2] == 1.0 else 0.0, along))
         add_moment_stiffness(w, a, b, across, scale(k * c.rolled[2], across))
     sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
