@@ -4,11 +4,11 @@ It consists of closed contacts, sleeping bodies and ledgers. An engine keeps the
 copied or restored state continues as the original: to the bit, if the bodies' motion is the same to the bit. All else
 follows from the bodies at the start of a step: near pairs are listed anew.
 
-The row holds the number of contacts that are closed, or open with an initial overlap; of each, in the order of the near
-list, its two shapes, its touches, the numbers of its record, and the history of its law; of each body whether it
-sleeps, and the acceleration it fell asleep with, or its pause of implicit steps; of each pair its ledger. Users of the
-engine can write to rows: its adapter knows by a checksum whether a row is as `write` has left it, for a world of these
-sizes, and reads no other.
+The row holds the number of contacts that are closed, or open with an initial overlap, and of their numbers in it; of
+each, in the order of the near list, its two shapes, its touches, where it ends, the numbers of its record, and what
+matters of its law's history; of each body whether it sleeps, and the acceleration it fell asleep with, or its pause of
+implicit steps; of each pair its ledger. Users of the engine can write to rows: its adapter knows by a checksum whether
+a row is as `write` has left it, for a world of these sizes, and reads no other.
 """
 
 from math import isfinite
@@ -20,14 +20,14 @@ from contactlaw.memory import doubles_at, set_whole
 from contactlaw.world.bodies.motion import is_static
 from contactlaw.world.contacts.touch import add_to_ledger, has_contacts, has_parted, nears_in_use, new_slot
 from contactlaw.world.data.access import axis_at, body_at, contact_at, link_at, near_at, pair_at, shape_at, tree_at
-from contactlaw.world.data.materials import friction_of, law_of, memory_of
+from contactlaw.world.data.materials import friction_of, law_of, memory_of, numbers_kept
 from contactlaw.world.data.records import CLOSED, FREE, LEDGER, PARTED, PAUSE_LIMIT
 from contactlaw.world.data.saved import FIELDS, KNOWN_NUMBERS, contact_fields
 from contactlaw.world.data.vec import store
 from contactlaw.world.near.pairing import can_touch, pair_of
 from contactlaw.world.trees.mobility import clear, copy
 
-HEAD, SHAPES, SLEEP = 1, 3, 4  # numbers before all contacts, before the fields of each contact, of each body
+HEAD, SHAPES, SLEEP = 2, 4, 4  # numbers before all contacts, before the fields of each contact, of each body
 FIRST = FIELDS["interval"][1] // 8
 KEPT = FIELDS["touches"][1] // 8 - FIRST  # numbers from there on that a row keeps, all float64
 PER_CONTACT = SHAPES + KNOWN_NUMBERS + KEPT  # numbers of a contact, besides the history of its law
@@ -41,8 +41,7 @@ def size(contact_room: int, memory_size: int, body_count: int, pair_count: int) 
 
 def unused_span(w, row):
     """Return where zeros begin in a row behind its contacts, and where they end: where the numbers of bodies begin."""
-    length = PER_CONTACT + w.memory_size
-    return HEAD + int(row[0]) * length, HEAD + contacts_room(w, row) * length
+    return HEAD + int(row[1]), HEAD + contacts_room(w, row) * (PER_CONTACT + w.memory_size)
 
 
 def contacts_room(w, numbers):
@@ -59,8 +58,8 @@ def write(w, out):
     room = contacts_room(w, out)
     if room < 0:
         return w.nears
-    length = PER_CONTACT + w.memory_size
-    before = int(out[0]) if 0.0 <= out[0] <= room else room
+    bodies = HEAD + room * (PER_CONTACT + w.memory_size)
+    before = HEAD + int(out[1]) if 0.0 <= out[1] <= bodies - HEAD else bodies
     count, lost, at = 0, 0, HEAD
     for k in range(nears_in_use(w)):
         p = near_at(w.near, k)
@@ -70,14 +69,16 @@ def write(w, out):
             lost += 1
             continue
         count += 1
-        out[at], out[at + 1], out[at + 2] = p.a, p.b, contact_at(w.contacts, p.slot).touches
+        history = at + PER_CONTACT
+        end = history + numbers_kept(w, p.slot)
+        out[at], out[at + 1], out[at + 2], out[at + 3] = p.a, p.b, contact_at(w.contacts, p.slot).touches, end
         copy(contact_fields(w, p.slot, 0, KNOWN_NUMBERS), out[at + SHAPES :])
         copy(contact_fields(w, p.slot, FIRST, KEPT), out[at + SHAPES + KNOWN_NUMBERS :])
-        copy(memory_of(w, p.slot), out[at + PER_CONTACT :])
-        at += length
-    clear(out[at : max(HEAD + before * length, at)])
-    out[0] = count
-    at = HEAD + room * length
+        copy(memory_of(w, p.slot)[: end - history], out[history:])
+        at = end
+    clear(out[at : max(before, at)])
+    out[0], out[1] = count, at - HEAD
+    at = bodies
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         sleeps = b.asleep != 0 and isfinite(b.held[0] + b.held[1] + b.held[2])
@@ -106,21 +107,22 @@ def read(w, address, count):
     """
     row = carray(doubles_at(address), count)
     clear_state(w)
-    room, lost, at, length = contacts_room(w, row), 0, HEAD, PER_CONTACT + w.memory_size
+    lost, at = 0, HEAD
     for _ in range(int(row[0])):
-        a, b, history = int(row[at]), int(row[at + 1]), at + PER_CONTACT
+        a, b, history, end = int(row[at]), int(row[at + 1]), at + PER_CONTACT, int(row[at + 3])
         if max(a, b) < w.shape_count and can_touch(w, a, b):
             slot = new_slot(w)
             c = contact_at(w.contacts, slot)
             c.touches = int(row[at + 2])
             copy(row[at + SHAPES : history - KEPT], contact_fields(w, slot, 0, KNOWN_NUMBERS))
             copy(row[history - KEPT : history], contact_fields(w, slot, FIRST, KEPT))
-            copy(row[history : at + length], memory_of(w, slot))
+            clear(memory_of(w, slot))
+            copy(row[history:end], memory_of(w, slot))
             restore_contact(w, c, a, b)
         else:
             lost += 1
-        at += length
-    at = HEAD + room * length
+        at = end
+    at = unused_span(w, row)[1]
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         if row[at] <= 0.0:

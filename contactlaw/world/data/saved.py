@@ -8,6 +8,7 @@ from contactlaw.laws.torsion import TORSION
 from contactlaw.memory import copy_wholes, doubles_at, same_wholes
 from contactlaw.world.data import records
 from contactlaw.world.data.access import body_at
+from contactlaw.world.data.materials import numbers_kept
 
 KNOWN_NUMBERS = CONTACT_SIZE + TORSION.itemsize // 8 + 4  # the first fields of a contact, the state of its laws
 FIELDS = records.CONTACT.fields or {}
@@ -62,7 +63,7 @@ def contact_fields(w, slot, first, count):
 def save_contact(w, slot):
     """Save a copy of the contact in a slot, and of its law's history."""
     copy_row(w.contacts, w.saved_contacts, slot, CONTACT_NUMBERS, CONTACT_NUMBERS)
-    copy_row(w.memory, w.saved_memory, slot, w.memory_size, w.memory_size)
+    copy_row(w.memory, w.saved_memory, slot, w.memory_size, numbers_kept(w, slot))
 
 
 def restore_contact(w, slot, count=EVALUATED_NUMBERS):
@@ -71,7 +72,7 @@ def restore_contact(w, slot, count=EVALUATED_NUMBERS):
     count: of its first numbers; KNOWN_NUMBERS: the state of its laws alone.
     """
     copy_row(w.saved_contacts, w.contacts, slot, CONTACT_NUMBERS, count)
-    copy_row(w.saved_memory, w.memory, slot, w.memory_size, w.memory_size)
+    copy_row(w.saved_memory, w.memory, slot, w.memory_size, numbers_kept(w, slot))
 
 
 jit_module(__name__)

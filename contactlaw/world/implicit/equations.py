@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from contactlaw.jit import jit_inline, jit_module
 from contactlaw.world.data.records import Array
-from contactlaw.world.trees.kinematics import add_multiple, vector
+from contactlaw.world.trees.kinematics import add_multiple, entries, vector
 
 LARGEST = 384  # unknowns; memory grows with the square
 
@@ -59,7 +59,7 @@ def factorise(w):
     h, first, last = eq.h, eq.first, eq.last
     for i in range(end):
         last[i] = i
-        for k in range(int(first[i]), i):
+        for k in entries(first[i], i):
             last[k] = i
     for i in range(end):
         row = h[i]
@@ -74,10 +74,10 @@ def substitute(w):
     eq = equations_of(w)
     h, first, last, x = eq.h, eq.first, eq.last, eq.right
     for i in range(w.unknowns):
-        for k in range(int(first[i]), i):
+        for k in entries(first[i], i):
             x[i] -= h[i, k] * x[k]
     for i in range(w.unknowns - 1, -1, -1):
-        for k in range(i + 1, int(last[i]) + 1):
+        for k in entries(i + 1, last[i] + 1.0):
             x[i] -= h[i, k] * x[k]
         x[i] *= h[i, i]
 

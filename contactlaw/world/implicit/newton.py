@@ -30,7 +30,7 @@ from contactlaw.world.implicit.equations import equations_of
 from contactlaw.world.shapes.core import set_back
 from contactlaw.world.shapes.geometry import centre, half_axis, meet_near, takes_known_gap
 from contactlaw.world.trees.dynamics import inertia
-from contactlaw.world.trees.kinematics import vector
+from contactlaw.world.trees.kinematics import entries, vector
 from contactlaw.world.trees.mobility import clear, copy
 
 # Tolerances: how far a contact may still move between two iterations
@@ -115,8 +115,8 @@ def begin_matrix(w, bodies):
 
 def unknowns_of(b):
     """Return the first unknown of a body, or of its tree, and that after its last one; the same if it has none."""
-    count = 6 if b.tree == 0 else tree_at(b.tree, 0).v_size
-    return b.unknown, b.unknown + (count if b.unknown >= 0 else 0)
+    count, first = 6 if b.tree == 0 else tree_at(b.tree, 0).v_size, max(b.unknown, 0)
+    return first, first + (count if b.unknown >= 0 else 0)
 
 
 def rounding_scale(n, b):
@@ -197,13 +197,13 @@ def add_stiffness(w, r, stage):
     square = stage * stage
     least, most = min(a.unknown, b.unknown), max(a.unknown, b.unknown)
     for start, end in (of_a, of_b):
-        for i in range(start, end):
+        for i in entries(start, end):
             first[i] = min(first[i], least if least >= 0 else most)
             by_n = square * (k[0] * jn[i] - k[1] * ju[i] - k[2] * jv[i])
             by_u = square * (k[3] * ju[i] + k[4] * jv[i])
             by_v = square * (k[5] * ju[i] + k[6] * jv[i])
             for begin, stop in (of_a, of_b):
-                for j in range(begin, stop):
+                for j in entries(begin, stop):
                     h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j]
     if k[7] != 0.0:
         add_moment_stiffness(w, a, b, n, scale(square * k[7], n))
@@ -253,9 +253,9 @@ def add_moment_stiffness(w, a, b, axis, moment):
         set_row(a, b, ZERO, about, scale(-1.0, about), one)
     of_a, of_b = unknowns_of_both(a, b)
     for start, end in (of_a, of_b):
-        for i in range(start, end):
+        for i in entries(start, end):
             for begin, stop in (of_a, of_b):
-                for j in range(begin, stop):
+                for j in entries(begin, stop):
                     eq.h[i, j] += column[i] * row[j]
 
 
