@@ -287,8 +287,7 @@ def _part(inertias: tuple[Any, ...], *more: Any) -> Part:
 
 def numbers_of(client: int) -> list[int]:
     """Return the ids of all constraints; those of new ones are new."""
-    count = p.getNumConstraints(client)
-    return [p.getConstraintUniqueId(k, client) for k in range(count)] if count else []  # in each step
+    return [p.getConstraintUniqueId(k, client) for k in range(p.getNumConstraints(client))]
 
 
 def ties_of(client: int) -> list[Tie]:

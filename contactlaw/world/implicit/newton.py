@@ -11,7 +11,7 @@ and likewise with the moments of contacts.
 
 from math import isfinite, sqrt
 
-from contactlaw.jit import jit_module
+from contactlaw.jit import jit_inline, jit_module
 from contactlaw.laws.hertz import BY_ITSELF
 from contactlaw.laws.rolling import stiffness
 from contactlaw.memory import whole_at
@@ -232,6 +232,7 @@ def unknowns_of_both(a, b):
     return unknowns_of(a), of_b if a.unknown != b.unknown else (of_b[0], of_b[0])
 
 
+@jit_inline
 def set_row(a, b, force, about_a, about_b, row):
     """Set the entries of a row for two bodies to what `add_opposite_forces` adds."""
     for one in (a, b):
@@ -272,12 +273,14 @@ def crown_over_face(sa, a, sb, b, c):
     return scale(1.0 / sqrt(square), u), square / growth if abs(at) < INSIDE and flat else 0.0
 
 
+@jit_inline
 def add_opposite_forces(a, b, force, about_a, about_b, row):
     """Add J^T of a force on A, the opposite one on B, and moments about their centres of mass to a row."""
     add_generalised_force(a, force, about_a, row)
     add_generalised_force(b, scale(-1.0, force), about_b, row)
 
 
+@jit_inline
 def add_generalised_force(b, force, moment, row):
     """Add J^T (p, m) to a row: a force p on a body and a moment m about its centre of mass."""
     o = b.unknown
