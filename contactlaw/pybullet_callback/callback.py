@@ -202,16 +202,15 @@ class ContactCallback:
             ValueError: Bodies or their motion are not what the class requires. PyBullet is unchanged then, unless all
                 bodies were far apart, or numbers are not finite after its step, or joints too fast.
         """
-        client = self._client
         if not self._contacts:
-            STEP_BULLET(client)
+            STEP_BULLET(self._client)
             return
-        if (count := p.getNumBodies(client)) != self._body_count or next(self._tags.entries)() != self._tags.text:
+        if (count := p.getNumBodies(self._client)) != self._body_count or next(self._tags.entries)() != self._tags.text:
             self._tags.check()
             self._body_count = count
         scene = self._made or self._scene
-        some = not scene.bodies.flies and (p.getNumConstraints(client) > 0 or self._constraints)
-        if some and numbers_of(client) != self._constraints:
+        some = not scene.bodies.flies and (p.getNumConstraints(self._client) > 0 or self._constraints)
+        if some and numbers_of(self._client) != self._constraints:
             self.look()
             scene = self._scene
         try:

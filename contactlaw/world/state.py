@@ -4,9 +4,9 @@ It consists of closed contacts, sleeping bodies and ledgers. An engine keeps the
 copied or restored state continues as the original: to the bit, if the bodies' motion is the same to the bit. All else
 follows from the bodies at the start of a step: near pairs are listed anew.
 
-The row holds the number of contacts that are closed, or open with an initial overlap, and of their numbers in it; of
-each, in the order of the near list, its two shapes, its touches, where it ends, the numbers of its record, and what
-matters of its law's history; of each body whether it sleeps, and the acceleration it fell asleep with, or its pause of
+The row holds the number of contacts that are closed, or open with an initial overlap, and of their numbers; of each, in
+the order of the near list, its two shapes, its touches, the numbers of its record, and what matters of its law's
+history, after its size; of each body whether it sleeps, and the acceleration it fell asleep with, or its pause of
 implicit steps; of each pair its ledger. Users of the engine can write to rows: its adapter knows by a checksum whether
 a row is as `write` has left it, for a world of these sizes, and reads no other.
 """
@@ -20,9 +20,9 @@ from contactlaw.memory import doubles_at, set_whole
 from contactlaw.world.bodies.motion import is_static
 from contactlaw.world.contacts.touch import add_to_ledger, has_contacts, has_parted, nears_in_use, new_slot
 from contactlaw.world.data.access import axis_at, body_at, contact_at, link_at, near_at, pair_at, shape_at, tree_at
-from contactlaw.world.data.materials import friction_of, law_of, memory_of, numbers_kept
+from contactlaw.world.data.materials import friction_of, law_of, memory_of
 from contactlaw.world.data.records import CLOSED, FREE, LEDGER, PARTED, PAUSE_LIMIT
-from contactlaw.world.data.saved import FIELDS, KNOWN_NUMBERS, contact_fields
+from contactlaw.world.data.saved import FIELDS, KNOWN_NUMBERS, contact_fields, history_kept
 from contactlaw.world.data.vec import store
 from contactlaw.world.near.pairing import can_touch, pair_of
 from contactlaw.world.trees.mobility import clear, copy
@@ -69,13 +69,12 @@ def write(w, out):
             lost += 1
             continue
         count += 1
-        history = at + PER_CONTACT
-        end = history + numbers_kept(w, p.slot)
-        out[at], out[at + 1], out[at + 2], out[at + 3] = p.a, p.b, contact_at(w.contacts, p.slot).touches, end
+        kept = history_kept(w, p.slot)
+        out[at], out[at + 1], out[at + 2], out[at + 3] = p.a, p.b, contact_at(w.contacts, p.slot).touches, kept
         copy(contact_fields(w, p.slot, 0, KNOWN_NUMBERS), out[at + SHAPES :])
         copy(contact_fields(w, p.slot, FIRST, KEPT), out[at + SHAPES + KNOWN_NUMBERS :])
-        copy(memory_of(w, p.slot)[: end - history], out[history:])
-        at = end
+        copy(memory_of(w, p.slot)[:kept], out[at + PER_CONTACT :])
+        at += PER_CONTACT + kept
     clear(out[at : max(before, at)])
     out[0], out[1] = count, at - HEAD
     at = bodies
@@ -109,19 +108,18 @@ def read(w, address, count):
     clear_state(w)
     lost, at = 0, HEAD
     for _ in range(int(row[0])):
-        a, b, history, end = int(row[at]), int(row[at + 1]), at + PER_CONTACT, int(row[at + 3])
+        a, b, history, kept = int(row[at]), int(row[at + 1]), at + PER_CONTACT, int(row[at + 3])
         if max(a, b) < w.shape_count and can_touch(w, a, b):
             slot = new_slot(w)
             c = contact_at(w.contacts, slot)
             c.touches = int(row[at + 2])
             copy(row[at + SHAPES : history - KEPT], contact_fields(w, slot, 0, KNOWN_NUMBERS))
             copy(row[history - KEPT : history], contact_fields(w, slot, FIRST, KEPT))
-            clear(memory_of(w, slot))
-            copy(row[history:end], memory_of(w, slot))
+            copy(row[history : history + kept], memory_of(w, slot))
             restore_contact(w, c, a, b)
         else:
             lost += 1
-        at = end
+        at = history + kept
     at = unused_span(w, row)[1]
     for i in range(w.body_count):
         b = body_at(w.bodies, i)

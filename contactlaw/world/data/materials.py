@@ -5,26 +5,13 @@ from math import isnan
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_module
-from contactlaw.laws.record import PAIR_SIZE, SLIDING, SPRUNG, UNSHEARED, law_at
+from contactlaw.laws.record import PAIR_SIZE, law_at
 from contactlaw.memory import doubles_at
-from contactlaw.world.data.access import contact_at, pair_at
 
 
 def memory_of(w, slot):
     """Return the history that the law keeps of the contact in a slot, shape (size,)."""
     return carray(doubles_at(w.memory + 8 * w.memory_size * slot), w.memory_size)
-
-
-def numbers_kept(w, slot):
-    """Return how many of the first numbers of that history matter: none where micro-slip slides, see `slip.slides_on`.
-
-    Only `laws.sectors`, which may follow a contact from its touch on, needs more than the vectors of the law.
-    """
-    c = contact_at(w.contacts, slot)
-    t, law = c.touch, law_of(w, pair_at(w.pairs, c.pair))
-    if t.state == SLIDING and law.sectors != 0.0 and t.skew == 0.0:
-        return 0
-    return 2 * int(law.vectors) if t.state == SPRUNG or t.state == UNSHEARED else w.memory_size
 
 
 def law_of(w, pair):

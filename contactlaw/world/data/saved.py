@@ -3,12 +3,12 @@
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_module
-from contactlaw.laws.record import CONTACT_SIZE
+from contactlaw.laws.record import CONTACT_SIZE, SLIDING, SPRUNG, UNSHEARED
 from contactlaw.laws.torsion import TORSION
 from contactlaw.memory import copy_wholes, doubles_at, same_wholes
 from contactlaw.world.data import records
-from contactlaw.world.data.access import body_at
-from contactlaw.world.data.materials import numbers_kept
+from contactlaw.world.data.access import body_at, contact_at, pair_at
+from contactlaw.world.data.materials import law_of
 
 KNOWN_NUMBERS = CONTACT_SIZE + TORSION.itemsize // 8 + 4  # the first fields of a contact, the state of its laws
 FIELDS = records.CONTACT.fields or {}
@@ -60,10 +60,18 @@ def contact_fields(w, slot, first, count):
     return carray(doubles_at(w.contacts + 8 * (CONTACT_NUMBERS * slot + first)), count)
 
 
+def history_kept(w, slot):
+    """Return how many numbers of a law's history matter: none in a slide of micro-slip, all only to `laws.sectors`."""
+    c = contact_at(w.contacts, slot)
+    state, law = c.touch.state, law_of(w, pair_at(w.pairs, c.pair))
+    slides = state == SLIDING and law.sectors != 0.0 and c.touch.skew == 0.0
+    return 0 if slides else 2 * int(law.vectors) if state in (SPRUNG, UNSHEARED) else w.memory_size
+
+
 def save_contact(w, slot):
     """Save a copy of the contact in a slot, and of its law's history."""
     copy_row(w.contacts, w.saved_contacts, slot, CONTACT_NUMBERS, CONTACT_NUMBERS)
-    copy_row(w.memory, w.saved_memory, slot, w.memory_size, numbers_kept(w, slot))
+    copy_row(w.memory, w.saved_memory, slot, w.memory_size, history_kept(w, slot))
 
 
 def restore_contact(w, slot, count=EVALUATED_NUMBERS):
@@ -72,7 +80,7 @@ def restore_contact(w, slot, count=EVALUATED_NUMBERS):
     count: of its first numbers; KNOWN_NUMBERS: the state of its laws alone.
     """
     copy_row(w.saved_contacts, w.contacts, slot, CONTACT_NUMBERS, count)
-    copy_row(w.saved_memory, w.memory, slot, w.memory_size, numbers_kept(w, slot))
+    copy_row(w.saved_memory, w.memory, slot, w.memory_size, history_kept(w, slot))
 
 
 jit_module(__name__)

@@ -190,10 +190,12 @@ def add_stiffness(w, r, stage):
     n, e = load(c.normal), load(c.tangent)
     eq = equations_of(w)
     h, first, jn, ju, jv = eq.h, eq.first, eq.along_n, eq.along_u, eq.along_v
-    for row, direction in ((jn, n), (ju, e), (jv, cross(n, e))):
-        about_a, about_b = cross(load(c.arm_a), direction), cross(direction, load(c.arm_b))
-        set_row(a, b, direction, about_a, about_b, row)
     of_a, of_b = unknowns_of_both(a, b)
+    for row, direction in ((jn, n), (ju, e), (jv, cross(n, e))):
+        for start, end in (of_a, of_b):
+            clear(row[start:end])
+        about_a, about_b = cross(load(c.arm_a), direction), cross(direction, load(c.arm_b))
+        add_opposite_forces(a, b, direction, about_a, about_b, row)
     square = stage * stage
     least, most = min(a.unknown, b.unknown), max(a.unknown, b.unknown)
     for start, end in (of_a, of_b):
@@ -232,15 +234,6 @@ def unknowns_of_both(a, b):
     return unknowns_of(a), of_b if a.unknown != b.unknown else (of_b[0], of_b[0])
 
 
-@jit_inline
-def set_row(a, b, force, about_a, about_b, row):
-    """Set the entries of a row for two bodies to what `add_opposite_forces` adds."""
-    for one in (a, b):
-        start, end = unknowns_of(one)
-        clear(row[start:end])
-    add_opposite_forces(a, b, force, about_a, about_b, row)
-
-
 def add_moment_stiffness(w, a, b, axis, moment):
     """Add to H a moment on B that grows with the angle of A over B about an axis across the normal.
 
@@ -250,9 +243,11 @@ def add_moment_stiffness(w, a, b, axis, moment):
         return
     eq = equations_of(w)
     row, column = eq.about, eq.along_n
-    for one, about in ((row, axis), (column, moment)):
-        set_row(a, b, ZERO, about, scale(-1.0, about), one)
     of_a, of_b = unknowns_of_both(a, b)
+    for one, about in ((row, axis), (column, moment)):
+        for start, end in (of_a, of_b):
+            clear(one[start:end])
+        add_opposite_forces(a, b, ZERO, about, scale(-1.0, about), one)
     for start, end in (of_a, of_b):
         for i in entries(start, end):
             for begin, stop in (of_a, of_b):

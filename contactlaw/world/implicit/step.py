@@ -271,10 +271,8 @@ def solve(w, bodies, pairs, span, previous, slides):
         for i in range(w.unknowns):
             eq.velocity[i] += eq.right[i]
             total += abs(eq.velocity[i])
-        if not isfinite(total):
-            return False
-        if converges:
-            return True
+        if converges or not isfinite(total):
+            return isfinite(total)
     return False
 
 

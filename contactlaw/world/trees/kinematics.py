@@ -11,7 +11,7 @@ from math import cos, sin
 
 from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 
-from contactlaw.jit import jit_inline, jit_module, jit_of_sums
+from contactlaw.jit import jit_module, jit_of_sums
 from contactlaw.memory import doubles_at
 from contactlaw.world.bodies.motion import set_axes
 from contactlaw.world.data.access import axis_at, body_at, joint_at, link_at
@@ -25,7 +25,6 @@ def vector(address, size):
     return carray(doubles_at(address), size)
 
 
-@jit_inline
 def entries(start, end):
     """Return the range of these indices, unsigned: a loop over entries of arrays then need not look at their sign."""
     return range(types.uint64(start), types.uint64(end))
