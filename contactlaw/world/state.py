@@ -69,7 +69,7 @@ def write(w, out):
             lost += 1
             continue
         count += 1
-        kept = history_kept(w, p.slot)
+        kept = history_kept(w, p.slot) if p.closed != 0 else 0
         out[at], out[at + 1], out[at + 2], out[at + 3] = p.a, p.b, contact_at(w.contacts, p.slot).touches, kept
         copy(contact_fields(w, p.slot, 0, KNOWN_NUMBERS), out[at + SHAPES :])
         copy(contact_fields(w, p.slot, FIRST, KEPT), out[at + SHAPES + KNOWN_NUMBERS :])
