@@ -6,18 +6,24 @@ A contact evaluates them when it begins: restitution at the closing speed, frict
 contact evaluates its friction again as it slides. In Python a curve is called like a function, `Viscoelastic(0.9,
 1.0)(speeds)`; in XML it is written with its name and fields, "viscoelastic restitution=0.9 speed=1". To add a curve,
 subclass `OverSpeed` as a frozen dataclass of numbers, or tuples of numbers, with a `name` and a method `values`.
+
+Kernels read a table, which stands behind a law's own numbers: the numbers of points of the curves e(v) and mu(v); then
+ln(speed [m/s]) and values of the first curve, and of the second. Values are interpolated linearly in ln v and constant
+beyond the ends. A curve without points leaves the pair's own number in place.
 """
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import log, sqrt
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from contactlaw import checks
-
-Array = NDArray[np.float64]
+from contactlaw.jit import jit
+from contactlaw.laws.base import Array
+from contactlaw.laws.oscillator import damping_ratio
 
 
 @dataclass(frozen=True)
@@ -66,8 +72,7 @@ class Viscoelastic(OverSpeed):
     speed: float = 1.0
 
     def __post_init__(self) -> None:
-        checks.restitution("restitution", self.restitution)
-        checks.positive("speed", self.speed)
+        checks.set_fields(self, restitution=checks.restitution, speed=checks.positive)
 
     def values(self, speed: Array) -> Array:
         """Return e by the rational function above."""
@@ -111,8 +116,7 @@ class Plastic(OverSpeed):
     below: float = 1.0
 
     def __post_init__(self) -> None:
-        checks.positive("yield_speed", self.yield_speed)
-        checks.restitution("below", self.below)
+        checks.set_fields(self, yield_speed=checks.positive, below=checks.restitution)
 
     def values(self, speed: Array) -> Array:
         """Return e by the formula, which gives `below` at v_y."""
@@ -144,9 +148,7 @@ class FallingFriction(OverSpeed):
     speed: float
 
     def __post_init__(self) -> None:
-        checks.not_negative("start", self.start)
-        checks.not_negative("end", self.end)
-        checks.positive("speed", self.speed)
+        checks.set_fields(self, start=checks.not_negative, end=checks.not_negative, speed=checks.positive)
 
     def values(self, speed: Array) -> Array:
         """Return mu by the formula."""
@@ -209,10 +211,49 @@ def read(name: str, text: str) -> float | OverSpeed:
 
 
 def numbers_of(restitution: float | OverSpeed, friction: float | OverSpeed) -> Array | None:
-    """Return the table that `laws.speeds` reads, or None if neither depends on speed."""
+    """Return the table that kernels read, or None if neither depends on speed."""
     curves = [value if isinstance(value, OverSpeed) else None for value in (restitution, friction)]
     if not any(curves):
         return None
     parts = [[np.log(curve.points), curve(curve.points)] for curve in curves if curve is not None]
     counts = [0.0 if curve is None else float(curve.points.size) for curve in curves]
     return np.concatenate([np.array(counts), *(one for both in parts for one in both)])
+
+
+@jit
+def set_losses(contact, numbers, push, sliding):
+    """Set damping ratio and friction of a contact at its touch; its closing speed, overlap and mass must be set.
+
+    e is that of the speed at zero overlap which has the present energy, and that gained over the overlap at rest by
+    `push`, the closing acceleration [m/s^2] due to all other forces. sliding: speed [m/s].
+    """
+    count = int(numbers[0])
+    if count > 0:
+        overlap = max(contact.overlap, 0.0)
+        square = contact.closing**2 + 0.8 * contact.stiffness * overlap * overlap * sqrt(overlap) / contact.mass
+        if push > 0.0:
+            square += 2.0 * push * (contact.mass * push / contact.stiffness) ** (2.0 / 3.0)
+        contact.zeta = damping_ratio(value_at(numbers, 2, count, sqrt(square)))
+    read_friction(contact, numbers, sliding)
+
+
+@jit
+def read_friction(contact, numbers, sliding):
+    """Set the friction of a contact for a sliding speed [m/s]; a reduction by spin is kept."""
+    count = int(numbers[1])
+    if count > 0:
+        mu = value_at(numbers, 2 + 2 * int(numbers[0]), count, sliding)
+        contact.friction, contact.mu = mu * (contact.friction / contact.mu if contact.mu > 0.0 else 1.0), mu
+
+
+@jit
+def value_at(numbers, first, count, speed):
+    """Value at a speed [m/s] of the curve of `count` points that begins at numbers[first]."""
+    x, values = log(max(speed, 1e-300)), first + count
+    if x <= numbers[first]:
+        return numbers[values]
+    for i in range(1, count):
+        if x <= numbers[first + i]:
+            start, slope = numbers[first + i - 1], numbers[values + i] - numbers[values + i - 1]
+            return numbers[values + i - 1] + slope * (x - start) / (numbers[first + i] - start)
+    return numbers[values + count - 1]

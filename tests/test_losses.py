@@ -10,11 +10,10 @@ import pytest
 
 from contactlaw import Body, ContactPair, collide, force_along_path
 from contactlaw.jit import INTERPRETED
-from contactlaw.laws import speeds
 from contactlaw.laws.oscillator import restitution
 from contactlaw.laws.record import CONTACT, PAIR_SIZE, pair_of
 from contactlaw.laws.step import reset
-from contactlaw.losses import FallingFriction, OverSpeed, Plastic, Table, Viscoelastic, read, text_of
+from contactlaw.losses import FallingFriction, OverSpeed, Plastic, Table, Viscoelastic, read, set_losses, text_of
 
 CURVES = [
     Viscoelastic(0.8, 1.5),
@@ -88,7 +87,7 @@ def test_a_touch_reads_the_curve(curve: OverSpeed) -> None:
     for speed in np.geomspace(1e-4, 50.0, 41).tolist():
         reset(contact, own, 0.01)
         contact.mass, contact.closing = 0.1, speed
-        speeds.read(contact, numbers[int(own.speeds) :], 0.0, speed)
+        set_losses(contact, numbers[int(own.speeds) :], 0.0, speed)
         if is_friction:
             assert contact.mu == contact.friction == pytest.approx(curve(speed), abs=2e-5)
             assert contact.zeta == 0.0
@@ -105,7 +104,7 @@ def test_a_contact_that_is_pressed_has_the_restitution_of_that() -> None:
     own, contact = pair_of(numbers), np.zeros(1, CONTACT)[0]
     reset(contact, own, 0.01)
     contact.mass = 0.1
-    speeds.read(contact, numbers[int(own.speeds) :], 9.81, 0.0)
+    set_losses(contact, numbers[int(own.speeds) :], 9.81, 0.0)
     speed = sqrt(2.0 * 9.81 * (0.1 * 9.81 / contact.stiffness) ** (2.0 / 3.0))
     assert restitution(contact.zeta) == pytest.approx(curve(speed), abs=3e-5)
 

@@ -1,14 +1,12 @@
 """Base class of all laws of the tangential force, in this folder or in a user's own file."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import lru_cache
 from math import hypot, inf, isfinite
 from numbers import Real
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numba
 import numpy as np
@@ -97,7 +95,7 @@ class Law:
             raise ValueError(f"{type(self).__name__}: its force is not finite somewhere on the way")
         return value
 
-    def with_nodes(self, suggested: int | None) -> Law:
+    def with_nodes(self, suggested: int | None) -> Self:
         """Return the law with a definite number of vectors: the suggested number if the law leaves it open."""
         return self
 
@@ -107,11 +105,11 @@ class Law:
         return record.record_of(vectors=self.memory, **own)
 
     def with_pair(self, *known: float, speeds: Array | None = None) -> Array:
-        """Return the numbers that the kernels read: `record.PAIR`, then the law's own, then those of `laws.speeds`.
+        """Return the numbers that the kernels read: `record.PAIR`, then the law's own, then those of `losses`.
 
         Args:
             known: The first eight fields of `record.PAIR`.
-            speeds: Table of `laws.speeds`; None: restitution and friction do not depend on speed.
+            speeds: Table of `losses`; None: restitution and friction do not depend on speed.
         """
         numbers = self.numbers()
         own, addresses = numbers.view(np.float64), _addresses(self.functions(), numbers.dtype, int(self.memory))

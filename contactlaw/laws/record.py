@@ -61,12 +61,12 @@ PAIR = record(
     "e_star", "g_star", "radius", "friction", "zeta",  # as in `CONTACT`
     "duration",  # of an impact, times speed over the greatest overlap of the undamped one
     "g_t", "rolling",  # modulus G_t of torsion [Pa]; coefficient of rolling resistance
-    "speeds",  # offset of the table of `laws.speeds`, in numbers; 0: friction and zeta do not depend on speed
+    "speeds",  # offset of the table of `losses`, in numbers; 0: friction and zeta do not depend on speed
     "linear", "vectors",  # 1 if the normal spring is linear; number of vectors that the law remembers
     "sectors",  # 1 if `laws.sectors` may replace the law
     "force_at", "stiffness_at", "energy_at",  # addresses of the law's functions, integers below 2^53
 )  # fmt: skip
-"""Numbers of a pair and its law. The law's own record follows, then the table of `laws.speeds`."""
+"""Numbers of a pair and its law. The law's own record follows, then the table of `losses`."""
 
 OPEN, SLIDING, SPRUNG, SPUN, UNSHEARED = 0.0, 1.0, 2.0, 3.0, 4.0
 PRESSED, EXPANDING, LASTING = 0.0, 1.0, 2.0

@@ -2,8 +2,9 @@
 
 from math import copysign, exp, sqrt
 
+from contactlaw import losses
 from contactlaw.jit import jit_inline, jit_module
-from contactlaw.laws import rolling, speeds, torsion
+from contactlaw.laws import rolling, torsion
 from contactlaw.laws.hertz import BY_ITSELF, elastic_force
 from contactlaw.laws.record import LASTING, OPEN, SPUN, ask_energy, ask_stiffness
 from contactlaw.laws.slip import AT_LIMIT, stuck_stiffness
@@ -41,7 +42,7 @@ def advance_contact(w, c, slot, moved, slide, dt, motion):
     t, law = c.touch, law_of(w, pair_at(w.pairs, c.pair))
     memory = memory_of(w, slot)
     if t.state != OPEN and law.speeds != 0.0 and (dt == 0.0 or t.course == LASTING or is_quasi_static(c, 1.0)):
-        speeds.read_friction(t, speed_numbers(w, pair_at(w.pairs, c.pair)), sqrt(slide[0] ** 2 + slide[1] ** 2))
+        losses.read_friction(t, speed_numbers(w, pair_at(w.pairs, c.pair)), sqrt(slide[0] ** 2 + slide[1] ** 2))
     du, dv, angle = moved
     spun = (angle != 0.0 or c.pending_twist != 0.0 or c.torsion.span > 0.0) and t.mu > 0.0
     if spun:

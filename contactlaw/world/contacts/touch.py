@@ -1,11 +1,11 @@
 """How a contact begins and ends: its slot, its initial overlap, its ledger."""
 
 from contactlaw.jit import jit_module
-from contactlaw.laws import speeds
 from contactlaw.laws.ellipse import share_along
 from contactlaw.laws.hertz import BY_ITSELF, greatest_overlap, hertz_stiffness
 from contactlaw.laws.record import OPEN
 from contactlaw.laws.step import reset
+from contactlaw.losses import set_losses
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.pair import DEEPEST
 from contactlaw.world.bodies.motion import JUMP, velocity_at
@@ -62,7 +62,7 @@ def begin_contact(w, k, overlap):
     t.closing = -dot(slide, n)
     if law.speeds != 0.0:
         push = -dot(sub(load(a.acceleration), load(b.acceleration)), n)
-        speeds.read(t, speed_numbers(w, pair_at(w.pairs, q.pair)), push, norm(axpy(t.closing, n, slide)))
+        set_losses(t, speed_numbers(w, pair_at(w.pairs, q.pair)), push, norm(axpy(t.closing, n, slide)))
     if overlap > TOUCHING * t.radius:
         force.advance_contact(w, c, q.slot, ZERO, ZERO, 0.0, BY_ITSELF)
         store(c.force, scale(t.force, n))

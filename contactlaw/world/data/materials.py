@@ -39,7 +39,7 @@ def law_numbers(w, pair):
 
 
 def speed_numbers(w, pair):
-    """Return the parameters of `laws.speeds` of a pair that has them."""
+    """Return the parameters of `losses` of a pair that has them."""
     return carray(doubles_at(w.numbers + 8 * (pair.numbers + int(law_of(w, pair).speeds))), 1)
 
 
