@@ -7,16 +7,16 @@ from functools import partial
 from math import hypot, inf, isfinite, isinf, nan, sqrt
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from contactlaw import checks
 from contactlaw.impact import CHI_BOUNDS, MOST_STEPS, RESOLUTION, check_steps
+from contactlaw.laws.base import Array
 from contactlaw.laws.hertz import LINEAR_STIFFNESS
 from contactlaw.laws.normal_motion import SCALED_DEEPEST, TRACK, Motion, normal_motion
 from contactlaw.pair import ContactPair, warn_of_depth
 from contactlaw.single import HISTORY, Scale, impact_by_steps, write_history
 
-Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
 
 UPWARD: Vector = (0.0, 0.0, 1.0)

@@ -32,16 +32,9 @@ from contactlaw.cache import REPORTED, Cache, report_no_cache
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-def _hash_of_sources() -> str:
-    digest = hashlib.sha256()
-    root = Path(__file__).parent
-    for path in sorted(root.rglob("*.py")):
-        digest.update(path.relative_to(root).as_posix().encode())
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
-
-
-SOURCE_STAMP = _hash_of_sources()
+_ROOT = Path(__file__).parent
+_SOURCES = (path.relative_to(_ROOT).as_posix().encode() + path.read_bytes() for path in sorted(_ROOT.rglob("*.py")))
+SOURCE_STAMP = hashlib.sha256(b"".join(_SOURCES)).hexdigest()
 
 
 def _cache(compiled: Any, key: str) -> None:

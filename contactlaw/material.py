@@ -1,10 +1,9 @@
 """Elastic materials, and a table of named ones with the source of each number."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import partial
 from math import inf, isinf
+from typing import Self
 
 from contactlaw import checks
 
@@ -39,7 +38,7 @@ class Material:
     @classmethod
     def from_shear_modulus(
         cls, shear_modulus: float, poissons_ratio: float, density: float | None = None, name: str = "", source: str = ""
-    ) -> Material:
+    ) -> Self:
         """Return the material of shear modulus G [Pa] and Poisson's ratio nu: E = 2 (1 + nu) G."""
         shear, ratio = _modulus("shear_modulus", shear_modulus), _ratio("poissons_ratio", poissons_ratio)
         return cls(2.0 * (1.0 + ratio) * shear, ratio, density, name, source)

@@ -1,12 +1,10 @@
 """`ContactPair`: two materials in contact, their friction and restitution, and the contact law."""
 
-from __future__ import annotations
-
 import warnings
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import sqrt
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -129,7 +127,7 @@ class ContactPair:
         """
         return oscillator.damping_ratio(self._at(1.0, 0.0)[0])
 
-    def at(self, closing: float, sliding: float = 0.0) -> ContactPair:
+    def at(self, closing: float, sliding: float = 0.0) -> Self:
         """Return the pair with the restitution and friction of an impact at these closing and sliding speeds [m/s]."""
         if not (isinstance(self.restitution, OverSpeed) or isinstance(self.friction, OverSpeed)):
             return self

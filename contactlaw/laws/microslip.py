@@ -10,15 +10,13 @@ The factor on the force also multiplies the displacement of the nodes (`nodes.le
 that of the nodes, whose energy no change of load increases: the law creates no energy on any path with any steps.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import sqrt
 from numbers import Real
 from types import ModuleType
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,7 +73,7 @@ class Microslip(Law):
         """Whether `laws.sectors` may replace the law: without losses in shear."""
         return not self.shear_loss
 
-    def with_nodes(self, suggested: int | None) -> Microslip:
+    def with_nodes(self, suggested: int | None) -> Self:
         """Return the law with its own number of nodes, else the suggested, else the default."""
         return replace(self, node_count=self.node_count or suggested or self.nodes)
 
