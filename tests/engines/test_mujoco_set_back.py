@@ -83,6 +83,22 @@ LYING = (
 )
 
 
+def test_an_ellipsoid_set_back_at_any_step_rolls_on_to_the_bit(tmp_path):
+    """Rolling resistance acts by the radius of its way: a contact that is set back is as oblong as it was."""
+    file = tmp_path / "ellipsoid.xml"
+    file.write_text(
+        "<mujoco><option timestep='2e-3'/><worldbody><geom type='plane' size='1 1 1'/><body pos='0 0 .02'><freejoint/>"
+        "<geom type='ellipsoid' size='.02 .03 .02'/></body></worldbody></mujoco>"
+    )
+    model = load_model(file, [("*", "*", steel_pair(rolling_resistance=0.05, restitution=0.5))])
+    data, saved = mujoco.MjData(model), []
+    data.qvel[0], data.qvel[4] = 0.1, 5.0
+    for _ in range(30):
+        saved.append(state_of(model, data))
+        mujoco.mj_step(model, data)
+    goes_on_from_all(model, saved, 3)
+
+
 @pytest.mark.parametrize(
     ("bodies", "steps"),
     [(OFF.format(0, 0.06) + OFF.format(0.03, 0.12), 400),

@@ -158,7 +158,8 @@ def begin_torsion(w, c, r):
         return
     radius = sqrt(t.radius * t.overlap)
     r.torsion = torsion.stuck_stiffness(law_of(w, pair_at(w.pairs, c.pair)).g_t, radius)
-    r.torsion_limit = torsion.FULL * t.mu * radius
+    # beside a slide the moment has its share of the limit already: that which sliding leaves, as it leaves friction less
+    r.torsion_limit = torsion.FULL * t.mu * radius if t.friction == t.mu else abs(r.moment) / t.force
     if r.drag != 0.0:
         r.torsion_drag = 2.0 * sqrt(r.torsion / spin_mobility(w, c))
     r.twisted += r.torsion * c.pending_twist - r.torsion_drag * c.moved[2] / c.interval

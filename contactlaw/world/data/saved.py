@@ -3,15 +3,14 @@
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_module
-from contactlaw.laws.record import CONTACT_SIZE, SLIDING, SPRUNG, UNSHEARED
-from contactlaw.laws.torsion import TORSION
+from contactlaw.laws.record import SLIDING, SPRUNG, UNSHEARED
 from contactlaw.memory import copy_wholes, doubles_at, same_wholes
 from contactlaw.world.data import records
 from contactlaw.world.data.access import body_at, contact_at, pair_at
 from contactlaw.world.data.materials import law_of
 
-KNOWN_NUMBERS = CONTACT_SIZE + TORSION.itemsize // 8 + 4  # the first fields of a contact, the state of its laws
 FIELDS = records.CONTACT.fields or {}
+KNOWN_NUMBERS = FIELDS["phase"][1] // 8  # the first fields of a contact, the state of its laws
 EVALUATED_NUMBERS = FIELDS["force"][1] // 8  # of a contact that an evaluation in an implicit step may change
 LEDGER_NUMBER = FIELDS["impulse"][1] // 8  # number of a contact with which its ledger begins
 BODY_NUMBERS, CONTACT_NUMBERS = records.BODY.itemsize // 8, records.CONTACT.itemsize // 8
