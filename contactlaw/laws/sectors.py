@@ -378,7 +378,7 @@ def advance_spinning(c, memory, numbers, moved, turned, dt, roomy, dashpot):
         advance(t, c.torsion, carray(doubles_at(memory), (2, RINGS, SECTORS)), pair.g_t, moved)
     else:
         left = torsion.advance(c.torsion, t, pair, law, own, moved, turned, dt)
-    rate, inertia = dashpot
+    c.torsion.friction, (rate, inertia) = left, dashpot
     if inertia > 0.0:  # critical, within the limit of the moment: a stuck contact would oscillate for ever
         radius = sqrt(t.radius * t.overlap)
         most, drag = FULL * left * t.force * radius, 2.0 * sqrt(stuck_stiffness(pair.g_t, radius) * inertia)

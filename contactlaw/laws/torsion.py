@@ -53,7 +53,8 @@ from contactlaw.laws.step import ask
 RINGS = 16
 EDGES = (np.arange(RINGS + 1) / RINGS) ** 0.9  # radii over the span; closer towards the rim, where slip begins
 TORSION = record(
-    "span", "moment",  # radius that the rings span [m], 0: no spin since the touch; moment against the spin [N m]
+    # radius that the rings span [m], 0: no spin since the touch; moment against the spin [N m]; friction left for it
+    "span", "moment", "friction",
     twists=("f8", (RINGS,)),  # elastic angles of the rings [rad]
     stored="f8", missed=VECTOR,  # of `sectors`: elastic energy [J]; force and moment of the parallel spring
 )  # fmt: skip

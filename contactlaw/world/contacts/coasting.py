@@ -24,6 +24,7 @@ from contactlaw.world.contacts.force import (
     dashpot_of,
     has_dashpot,
     is_quasi_static,
+    slide_to_slip,
     spin_mobility,
     torsion_time,
 )
@@ -141,8 +142,8 @@ def begin_coasting(w, k, r, h, longest):
         r.drag = dashpot_of(t, r.spring, (count - 1.0) * h)
         sliding = axpy(c.moved[0], e, scale(c.moved[1], side))
         store(r.held, axpy(-r.drag / c.interval, sliding, load(r.pull)))
-    begin_torsion(w, c, r)
     r.longest = min(turning_time(c, a, b) if is_quasi_static(c, 1.0) else longest, torsion_time(w, c) - 2.0 * h)
+    begin_torsion(w, c, r)
     r.furthest = longest_slide(t)
     store(r.slide, ZERO)
     store(r.impulse, ZERO)
@@ -158,8 +159,9 @@ def begin_torsion(w, c, r):
         return
     radius = sqrt(t.radius * t.overlap)
     r.torsion = torsion.stuck_stiffness(law_of(w, pair_at(w.pairs, c.pair)).g_t, radius)
-    # beside a slide the moment has its share of the limit already: that which sliding leaves, as it leaves friction less
-    r.torsion_limit = torsion.FULL * t.mu * radius if t.friction == t.mu else abs(r.moment) / t.force
+    # what sliding leaves, if it slides that far: else, as friction falls, springs would be softer than the law
+    slides = r.longest * sqrt(c.moved[0] ** 2 + c.moved[1] ** 2) > c.interval * slide_to_slip(t)
+    r.torsion_limit = torsion.FULL * radius * (c.torsion.friction if slides else t.mu)
     if r.drag != 0.0:
         r.torsion_drag = 2.0 * sqrt(r.torsion / spin_mobility(w, c))
     r.twisted += r.torsion * c.pending_twist - r.torsion_drag * c.moved[2] / c.interval
