@@ -46,7 +46,7 @@ from contactlaw.laws import torsion
 from contactlaw.laws.hertz import greatest_overlap
 from contactlaw.laws.record import LASTING, OPEN, PAIR_SIZE, SPRUNG, SPUN, law_at
 from contactlaw.laws.slip import carried, slipped_along_mean, span_of
-from contactlaw.laws.torsion import FULL, limit_point, stuck_stiffness
+from contactlaw.laws.torsion import FULL, critical_dashpot, limit_point, stuck_stiffness
 from contactlaw.memory import doubles_at
 
 RINGS, SECTORS = 10, 4
@@ -379,7 +379,7 @@ def advance_spinning(c, memory, numbers, moved, turned, dt, roomy, dashpot):
     else:
         left = torsion.advance(c.torsion, t, pair, law, own, moved, turned, dt)
     c.torsion.friction, (rate, inertia) = left, dashpot
-    if inertia > 0.0:  # critical, within the limit of the moment: a stuck contact would oscillate for ever
+    if inertia > 0.0:  # within the limit of the moment
         radius = sqrt(t.radius * t.overlap)
-        most, drag = FULL * left * t.force * radius, 2.0 * sqrt(stuck_stiffness(pair.g_t, radius) * inertia)
+        most, drag = FULL * left * t.force * radius, critical_dashpot(stuck_stiffness(pair.g_t, radius), inertia)
         c.torsion.moment = min(max(c.torsion.moment + drag * rate, -most), most)

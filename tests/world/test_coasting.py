@@ -74,7 +74,7 @@ def test_the_work_of_a_lid_is_what_a_pack_gains_or_loses(timestep: float) -> Non
     assert accounted(world) - before == pytest.approx(work, rel=1e-3)
 
 
-GRAIN = 5e-3  # radius of a pressed ball [m]
+GRAIN, GRAIN_MASS = 5e-3, 1.3e-3  # radius of a pressed ball [m], and its mass [kg]
 
 
 def pressed(friction: float, restitution: float, depth: float, sides: tuple[int, int, int], jitter: float) -> World:
@@ -83,7 +83,7 @@ def pressed(friction: float, restitution: float, depth: float, sides: tuple[int,
     jitter: of their places [radii].
     """
     glass, rng, radius = MATERIALS["glass"], np.random.default_rng(0), GRAIN
-    world, mass, pitch = World(timestep=1e-4, gravity=0.0, stillness=0.0), 1.3e-3, (2.0 - depth) * radius
+    world, mass, pitch = World(timestep=1e-4, gravity=0.0, stillness=0.0), GRAIN_MASS, (2.0 - depth) * radius
     for place in np.argwhere(np.ones(sides)):
         at = pitch * (place + 0.5) + jitter * radius * rng.normal(size=3)
         world.add_body(mass, 0.4 * mass * radius**2, at, spin=rng.normal(size=3))
@@ -139,11 +139,11 @@ def test_balls_that_pivot_in_a_crowd_come_to_rest() -> None:
 
 
 def row(timestep: float) -> tuple[World, float, float]:
-    """Six glass balls of 1.3 g in a row on a floor, rough, with smooth sides that make them one crowd.
+    """Six glass balls in a row on a floor, rough, with smooth sides that make them one crowd.
 
     Returns the world, the radius of a contact with the floor [m], and G_t of the pair [Pa].
     """
-    glass, mass = MATERIALS["glass"], 1.3e-3
+    glass, mass = MATERIALS["glass"], GRAIN_MASS
     shear = glass.youngs_modulus / (4.0 * (1.0 + glass.poissons_ratio))
     stiffness = glass.youngs_modulus / (2.0 * (1.0 - glass.poissons_ratio**2))
     overlap = (0.75 * mass * 9.81 / (stiffness * np.sqrt(GRAIN))) ** (2.0 / 3.0)
@@ -168,7 +168,7 @@ def test_a_twist_of_contacts_that_coast_is_critically_damped(timestep: float) ->
     moments, of several contacts at their limits, kept balls creeping by 10 um/s.
     """
     world, radius, shear = row(timestep)
-    omega = np.sqrt(16.0 / 3.0 * shear * radius**3 / (0.4 * 1.3e-3 * GRAIN**2))
+    omega = np.sqrt(16.0 / 3.0 * shear * radius**3 / (0.4 * GRAIN_MASS * GRAIN**2))
     for body in range(6):
         world.place(body, spin=(0.0, 0.0, 1e-4))
     for time in 5e-3 * np.arange(1, 6):

@@ -163,7 +163,7 @@ def begin_torsion(w, c, r):
     slides = r.longest * sqrt(c.moved[0] ** 2 + c.moved[1] ** 2) > c.interval * slide_to_slip(t)
     r.torsion_limit = torsion.FULL * radius * (c.torsion.friction if slides else t.mu)
     if r.drag != 0.0:
-        r.torsion_drag = 2.0 * sqrt(r.torsion / spin_mobility(w, c))
+        r.torsion_drag = torsion.critical_dashpot(r.torsion, 1.0 / spin_mobility(w, c))
     r.twisted += r.torsion * c.pending_twist - r.torsion_drag * c.moved[2] / c.interval
 
 

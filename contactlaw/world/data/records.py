@@ -153,8 +153,9 @@ GUARD = record(
 CONTACT = record(
     touch=TOUCH,  # state that its law reads and writes
     torsion=TORSION,  # its moment is that on B about the normal
-    # of rolling resistance: its spring's M/R about both tangents [N], and the moments on B with its dashpot [N m];
-    bend=("f8", (2,)), bending=("f8", (2,)), oblong="f8",  # ln(q/p) of the curvatures p <= q as it began
+    # of rolling resistance: its spring's M/R about both tangents [N], and the moments on B with its dashpot [N m]
+    bend=("f8", (2,)), bending=("f8", (2,)),
+    oblong="f8",  # ln(q/p) of the curvatures p <= q as it began
     phase="i8", near="i8", link="i8",
     shape_a="i8", shape_b="i8", body_a="i8", body_b="i8", pair="i8",
     moved=VECTOR,  # displacement of A over B along both tangents [m], and rotation about the normal [rad], last substep
