@@ -210,7 +210,7 @@ class _Report(event.Listener):
     """Reports each compilation on stderr: its subject, its usual time, and that it happens once."""
 
     def __init__(self) -> None:
-        self.subjects = ["kernels: some seconds"]  # of what is being compiled, innermost last; see `compiling`
+        self.subjects = ["kernels: up to a minute"]  # of what is being compiled, innermost last; see `compiling`
         self.reported: set[str] = set()  # subjects
         self.depth = 0  # of nested compilations
         self.seconds = self.began = 0.0  # time spent compiling so far [s]

@@ -51,7 +51,7 @@ def test_a_compilation_is_told_of_once(monkeypatch) -> None:
         said.begin()
         said.end()
     (first,) = stream.getvalue().splitlines()
-    assert first.startswith("contactlaw: compiling kernels: some seconds, once")
+    assert first.startswith("contactlaw: compiling kernels: up to a minute, once")
 
 
 def harmonic_sum(count):

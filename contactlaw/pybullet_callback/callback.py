@@ -96,7 +96,7 @@ class ContactCallback:
 
         Raises:
             ValueError: Unknown ids, the same body twice, a pair that this or another callback has already, shapes that
-                touch in more than one point or that PyBullet does not tell, joints without mass, no radius, substeps.
+                the law does not serve or that PyBullet does not tell, joints without mass, no radius, substeps.
         """
         checks.instance("pair", pair, ContactPair)
         a = read_sides(self._client, "a", body_a, link_a)

@@ -23,7 +23,7 @@ class World(Building):
 
     Each step moves the bodies, with substeps that resolve their contacts: results do not depend on the length of the
     step, which may be a thousand times that of an impact. Shapes are spheres, capsules, ellipsoids, boxes, cylinders,
-    convex hulls and planes fixed to bodies.
+    convex hulls, height fields and planes.
 
         from contactlaw import MATERIALS, ContactPair
         from contactlaw.world import World

@@ -285,7 +285,7 @@ def test_a_ball_that_shrinks_where_it_sleeps_falls_without_a_word(joint):
 
 @pytest.mark.parametrize("depth", [0.02, 1e-3])
 def test_a_ball_that_is_put_deep_into_what_it_rests_on_is_not_thrown(depth):
-    """A millimetre of steel throws it 86 m."""
+    """A millimetre of steel throws it 58 m."""
     model, data, height = resting()
     data.qpos[2] -= depth
     says = f"'ball' of body 'b' on 'floor' .* found in each other by {depth / 0.025:.2g} of the radius"
