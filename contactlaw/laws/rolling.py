@@ -30,7 +30,7 @@ def stiffness(contact, resistance):
 
 @jit
 def roll(bend, contact, resistance, u, v):
-    """Roll a contact by R theta = (u, v), theta about both tangents [m], and update M/R of its spring, bend (2,) [N].
+    """Roll a contact by R theta = (u, v), theta about two axes [m], and update M/R of its spring, bend (2,) [N].
 
     Returns the factor by which the limit reduces the spring's force; 1: not at all.
     """

@@ -53,8 +53,8 @@ def contacts(world: Arrays) -> Array:
 
 def moments(rows: Array) -> Array:
     """Return the moments of contacts on A [N m], shape (n, 3): torsion and rolling resistance; rows: their records."""
-    about = rows["torsion"]["moment"], *rows["bending"].T  # the normal and both tangents
-    axes = rows["normal"], rows["tangent"], np.cross(rows["normal"], rows["tangent"])
+    about = rows["torsion"]["moment"], *rows["bending"].T  # the normal and both axes of the ellipse
+    axes = rows["normal"], rows["axis"], np.cross(rows["normal"], rows["axis"])
     return -np.einsum("kn,knj->nj", about, axes)
 
 

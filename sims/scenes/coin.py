@@ -56,7 +56,7 @@ class Coin(Scene):
         "angle": Option(35.0, "angle to the table at the start, in degrees", 5.0, 60.0),
         "radius": Option(0.0129, "radius of the coin, in m", 1e-3, 1.0),
         "thickness": Option(0.0022, "thickness of the coin, in m", 1e-4, 0.1),
-        "rolling": Option(0.045, "coefficient of rolling resistance", 0.0, 1.0),
+        "rolling": Option(0.03, "coefficient of rolling resistance", 0.0, 1.0),
         "mass": Option(8.5e-3, "mass of the coin, in kg", 1e-6, 1e4),
         "seconds": seconds(1.6, 0.2),
     } | of_contact(0.4, 0.5)

@@ -246,9 +246,9 @@ def stored_energy(w, c, slot):
 
 
 def rolling_radii(w, c):
-    """Return the radii R [m] of rolling about both tangents, but at most such that mu_r R <= sqrt(I/m).
+    """Return the radii R [m] of rolling about both axes of an ellipse, but at most such that mu_r R <= sqrt(I/m).
 
-    About the first tangent what rolls goes across the ellipse of contact, about the second along it; I: least moment of
+    About the longer axis what rolls goes across the ellipse, about the other one along it; I: least moment of
     inertia. The spring k_r then oscillates at most 1.5 times as fast as the normal one, which substeps resolve. Where
     flat sides touch, R may be metres, far more than the bodies' size.
     """
@@ -274,19 +274,19 @@ def advance_rolling(w, c, rate):
 def rolling_dashpot(w, c, resistance, radius):
     """Return the rolling dashpot [N s/m] of a quasi-static persistent contact with damping; else zero.
 
-    Without it a body that has stopped rolling would swing on the spring for ever. radius: about the second tangent [m].
+    Without it a body that has stopped rolling would swing on the spring for ever. radius: along the ellipse [m].
     """
     t, a, b = c.touch, body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
     if t.course != LASTING or t.zeta == 0.0 or not is_quasi_static(c, 1.0):
         return 0.0
-    f = cross(load(c.normal), load(c.tangent))
+    f = cross(load(c.normal), load(c.axis))
     mobility = radius * radius * (dot(f, spin_change(a, f)) + dot(f, spin_change(b, f)))
     return 2.0 * rolling.CALM * sqrt(rolling.stiffness(t, resistance) / mobility)
 
 
 def rolling_axes(c, radii):
     """Return the moments [m] of unit rolling resistance M/R along the present one and across it; radii: of rolling."""
-    (r, s), e = radii, load(c.tangent)
+    (r, s), e = radii, load(c.axis)
     u, v, f = c.bending[0] / r, c.bending[1] / s, cross(load(c.normal), e)
     size = sqrt(u * u + v * v)
     u, v = (u / size, v / size) if size > 0.0 else (1.0, 0.0)
@@ -295,7 +295,7 @@ def rolling_axes(c, radii):
 
 def moment_of(c):
     """Return the moment of a contact on B [N m]: torsion and rolling resistance."""
-    n, e = load(c.normal), load(c.tangent)
+    n, e = load(c.normal), load(c.axis)
     about = scale(c.torsion.moment, n)
     bent = c.bending[0] != 0.0 or c.bending[1] != 0.0
     return axpy(c.bending[0], e, axpy(c.bending[1], cross(n, e), about)) if bent else about

@@ -1,6 +1,6 @@
 """Time scales of contacts: durations of impacts, lengths of substeps, effective masses."""
 
-from math import sqrt
+from math import copysign, sqrt
 
 from contactlaw.jit import jit_module
 from contactlaw.laws.hertz import greatest_overlap, hertz_stiffness
@@ -8,11 +8,11 @@ from contactlaw.laws.record import LASTING
 from contactlaw.laws.slip import stuck_stiffness
 from contactlaw.world.bodies.motion import acceleration_at, closing_at, mobility_between, swing, velocity_at
 from contactlaw.world.contacts.force import is_quasi_static
-from contactlaw.world.data.access import body_at, contact_at, pair_at, shape_at, tree_at
+from contactlaw.world.data.access import body_at, contact_at, near_at, pair_at, shape_at, tree_at
 from contactlaw.world.data.kinds import BOX, DISC, EDGE, ELLIPSOID, PLANE
 from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.records import NEVER
-from contactlaw.world.data.vec import ZERO, add, cross, dot, load, norm, scale, sub
+from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub
 from contactlaw.world.shapes.curvature import effective_radius, has_known_radius
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.trees.motion import longest_turn
@@ -65,6 +65,20 @@ def radius_where(w, p, a, b, n, arm_a, arm_b):
     if own > 0.0:
         return own, (0.0, 0.0, 0.0)
     return effective_radius(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b, n, arm_a, arm_b)
+
+
+def longer_axis(w, c, a, b):
+    """Return the longer axis of a contact's ellipse where its bodies are, as it was directed; its tangent of a circle.
+
+    It turns with the places that touch: a coin may wobble round its rim that hardly spins.
+    """
+    n, e = load(c.normal), load(c.tangent)
+    if c.oblong == 0.0:
+        return e
+    _, way = radius_where(w, near_at(w.near, c.near), a, b, n, load(c.arm_a), load(c.arm_b))
+    way = axpy(-dot(way, n), n, way)
+    size = norm(way)
+    return scale(copysign(1.0 / size, dot(way, load(c.axis))), way) if size > 0.0 else e
 
 
 def share_of(t, sa, sb):

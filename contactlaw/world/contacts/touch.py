@@ -10,7 +10,7 @@ from contactlaw.memory import set_whole, whole_at
 from contactlaw.pair import DEEPEST
 from contactlaw.world.bodies.motion import JUMP, velocity_at
 from contactlaw.world.contacts import force
-from contactlaw.world.contacts.pace import radius_where, share_of, update_masses
+from contactlaw.world.contacts.pace import longer_axis, radius_where, share_of, update_masses
 from contactlaw.world.contacts.substep import TOUCHING, force_of, is_placed, turn_frame
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, pair_at, shape_at
 from contactlaw.world.data.materials import friction_of, law_of, memory_of, speed_numbers
@@ -50,7 +50,9 @@ def begin_contact(w, k, overlap):
     store(c.arm_a, arm_a)
     store(c.arm_b, arm_b)
     if dot(along, along) > 0.0:
-        set_ellipse(c, along, law.sectors)
+        c.oblong = norm(along)
+        t.skew = law.sectors * 2.0 * (1.0 - t.g_star / t.e_star) * share_along(c.oblong)
+        store(c.tangent, longer_axis(w, c, a, b))
     update_masses(c, a, b)
     deep = pair_at(w.pairs, q.pair).relaxed != 0 and overlap > initial_overlap_limit(w, c)
     if overlap > TOUCHING * radius and not is_placed(w, a, b):
@@ -135,17 +137,6 @@ def release_if_put_deeper(w, p):
     if pair_at(w.pairs, p.pair).relaxed != 0 and deeper > max(initial_overlap_limit(w, c), TOUCHING * c.touch.radius):
         release(w, p.slot)
         p.slot, p.closed, p.initial_overlap, w.stale = -1, 0, 0.0, 1
-
-
-def set_ellipse(c, along, skewed):
-    """Make a new contact elliptic, its first tangent along the longer axis, of length ln(q/p); skewed: its law is."""
-    n, t = load(c.normal), c.touch
-    e = axpy(-dot(along, n), n, along)
-    size = norm(e)
-    if size > 0.0:
-        store(c.tangent, scale(1.0 / size, e))
-        c.oblong = norm(along)
-        t.skew = skewed * 2.0 * (1.0 - t.g_star / t.e_star) * share_along(c.oblong)
 
 
 def update_geometry(w, c):

@@ -168,7 +168,8 @@ def evaluate_contact(w, r, span, again):
         return along > rounding - CONVERGED * t.overlap, NEVER
     force.advance_contact(w, c, r.slot, load(c.moved), slide, 0.0, BY_ITSELF)
     if law_of(w, pair_at(w.pairs, c.pair)).rolling != 0.0:
-        force.advance_rolling(w, c, (dot(turning, e), dot(turning, f)))
+        axis = load(c.axis)
+        force.advance_rolling(w, c, (dot(turning, axis), dot(turning, cross(n, axis))))
     impulse, moment = scale(stage, force_of(c)), scale(stage, force.moment_of(c))
     about_a, about_b = sub(cross(arm_a, impulse), moment), sub(moment, cross(arm_b, impulse))
     add_opposite_forces(a, b, impulse, about_a, about_b, equations_of(w).right)
