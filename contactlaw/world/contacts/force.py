@@ -1,6 +1,6 @@
 """Forces and moments of a contact: the calls of laws, dashpots for persistent contacts, slopes, stored energy."""
 
-from math import copysign, exp, sqrt
+from math import copysign, sqrt
 
 from contactlaw import losses
 from contactlaw.jit import jit_inline, jit_module
@@ -9,7 +9,7 @@ from contactlaw.laws.hertz import BY_ITSELF, elastic_force
 from contactlaw.laws.record import LASTING, OPEN, SPUN, ask_energy, ask_stiffness
 from contactlaw.laws.slip import AT_LIMIT, stuck_stiffness
 from contactlaw.laws.step import ask, press
-from contactlaw.world.bodies.motion import max_inverse_inertia, spin_change
+from contactlaw.world.bodies.motion import spin_change
 from contactlaw.world.data.access import body_at, pair_at
 from contactlaw.world.data.call import address, call_spin, ready
 from contactlaw.world.data.demand import SPIN
@@ -17,7 +17,6 @@ from contactlaw.world.data.materials import law_numbers, law_of, memory_of, spee
 from contactlaw.world.data.records import NEVER, TWIST_ALWAYS, TWIST_LATER
 from contactlaw.world.data.saved import KNOWN_NUMBERS, restore_contact
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, scale, sub
-from contactlaw.world.shapes.curvature import equivalent_radius
 
 PROBE = 1e-4  # displacement for the slopes of a law by finite differences, over the overlap
 DAMPING = 0.3  # damping ratio of the tangential dashpot, see `has_dashpot`
@@ -245,48 +244,32 @@ def stored_energy(w, c, slot):
     return out
 
 
-def rolling_radii(w, c):
-    """Return the radii R [m] of rolling about both axes of an ellipse, but at most such that mu_r R <= sqrt(I/m).
-
-    About the longer axis what rolls goes across the ellipse, about the other one along it; I: least moment of
-    inertia. The spring k_r then oscillates at most 1.5 times as fast as the normal one, which substeps resolve. Where
-    flat sides touch, R may be metres, far more than the bodies' size.
-    """
-    mobility = max_inverse_inertia(body_at(w.bodies, c.body_a)) + max_inverse_inertia(body_at(w.bodies, c.body_b))
-    most = 1.0 / (law_of(w, pair_at(w.pairs, c.pair)).rolling * sqrt(c.touch.mass * mobility) + 1e-300)
-    if c.oblong == 0.0:
-        return min(c.touch.radius, most), min(c.touch.radius, most)
-    root = exp(0.5 * c.oblong)
-    radius = c.touch.radius / equivalent_radius(1.0 / root, root)
-    return min(radius / root, most), min(radius * root, most)
-
-
 def advance_rolling(w, c, rate):
     """Update the moments of a closed contact after its forces; rate: of both angles, A over B [rad/s]."""
-    t, resistance, (across, along) = c.touch, law_of(w, pair_at(w.pairs, c.pair)).rolling, rolling_radii(w, c)
+    t, resistance, across, along = c.touch, law_of(w, pair_at(w.pairs, c.pair)).rolling, c.radii[0], c.radii[1]
     left = rolling.roll(c.bend, t, resistance, across * c.rolled[0], along * c.rolled[1])
-    drag = rolling_dashpot(w, c, resistance, along)
+    drag = rolling_dashpot(w, c, resistance)
     u, v = c.bend[0] + drag * across * rate[0], c.bend[1] + drag * along * rate[1]
     share = min(resistance * t.force / sqrt(u * u + v * v + 1e-300), 1.0)
     c.bending[0], c.bending[1], c.rolled[2] = share * across * u, share * along * v, share * left
 
 
-def rolling_dashpot(w, c, resistance, radius):
+def rolling_dashpot(w, c, resistance):
     """Return the rolling dashpot [N s/m] of a quasi-static persistent contact with damping; else zero.
 
-    Without it a body that has stopped rolling would swing on the spring for ever. radius: along the ellipse [m].
+    Without it a body that has stopped rolling would swing on the spring for ever.
     """
     t, a, b = c.touch, body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
     if t.course != LASTING or t.zeta == 0.0 or not is_quasi_static(c, 1.0):
         return 0.0
-    f = cross(load(c.normal), load(c.axis))
-    mobility = radius * radius * (dot(f, spin_change(a, f)) + dot(f, spin_change(b, f)))
+    f = scale(c.radii[1], cross(load(c.normal), load(c.axis)))
+    mobility = dot(f, spin_change(a, f)) + dot(f, spin_change(b, f))
     return 2.0 * rolling.CALM * sqrt(rolling.stiffness(t, resistance) / mobility)
 
 
-def rolling_axes(c, radii):
-    """Return the moments [m] of unit rolling resistance M/R along the present one and across it; radii: of rolling."""
-    (r, s), e = radii, load(c.axis)
+def rolling_axes(c):
+    """Return the moments [m] of unit rolling resistance M/R along the present one and across it."""
+    r, s, e = c.radii[0], c.radii[1], load(c.axis)
     u, v, f = c.bending[0] / r, c.bending[1] / s, cross(load(c.normal), e)
     size = sqrt(u * u + v * v)
     u, v = (u / size, v / size) if size > 0.0 else (1.0, 0.0)

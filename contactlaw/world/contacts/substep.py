@@ -4,7 +4,7 @@ from contactlaw.jit import jit_inline, jit_module
 from contactlaw.world.bodies.motion import kick, moved_at
 from contactlaw.world.contacts import force, leapfrog
 from contactlaw.world.contacts.meeting import meet_closed
-from contactlaw.world.contacts.pace import MASS_TURN, longer_axis, update_masses
+from contactlaw.world.contacts.pace import MASS_TURN, update_ellipse, update_masses
 from contactlaw.world.data.access import body_at, near_at, pair_at
 from contactlaw.world.data.call import address, call_roll, ready
 from contactlaw.world.data.demand import ROLL
@@ -78,9 +78,9 @@ def measure(w, c, a, b):
     near_at(w.near, c.near).initial_overlap = c.initial_overlap
     law = law_of(w, pair_at(w.pairs, c.pair))
     if law.rolling != 0.0:
-        rolled, axis = sub(load(a.twist), load(b.twist)), longer_axis(w, c, a, b)
+        update_ellipse(w, c, a, b)
+        rolled, axis = sub(load(a.twist), load(b.twist)), load(c.axis)
         c.rolled[0], c.rolled[1] = dot(rolled, axis), dot(rolled, cross(n, axis))
-        store(c.axis, axis)
     t.before = t.overlap
     t.overlap = overlap - c.initial_overlap
 

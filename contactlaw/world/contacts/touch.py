@@ -50,9 +50,8 @@ def begin_contact(w, k, overlap):
     store(c.arm_a, arm_a)
     store(c.arm_b, arm_b)
     if dot(along, along) > 0.0:
-        c.oblong = norm(along)
-        t.skew = law.sectors * 2.0 * (1.0 - t.g_star / t.e_star) * share_along(c.oblong)
-        store(c.tangent, longer_axis(w, c, a, b))
+        t.skew = law.sectors * 2.0 * (1.0 - t.g_star / t.e_star) * share_along(norm(along))
+        store(c.tangent, longer_axis(c, along))
     update_masses(c, a, b)
     deep = pair_at(w.pairs, q.pair).relaxed != 0 and overlap > initial_overlap_limit(w, c)
     if overlap > TOUCHING * radius and not is_placed(w, a, b):

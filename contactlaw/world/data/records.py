@@ -155,7 +155,6 @@ CONTACT = record(
     torsion=TORSION,  # its moment is that on B about the normal
     # of rolling resistance: its spring's M/R about both axes of the ellipse [N]; moments on B with its dashpot [N m]
     bend=("f8", (2,)), bending=("f8", (2,)),
-    oblong="f8",  # ln(q/p) of the curvatures p <= q as it began
     phase="i8", near="i8", link="i8",
     shape_a="i8", shape_b="i8", body_a="i8", body_b="i8", pair="i8",
     moved=VECTOR,  # displacement of A over B along both tangents [m], and rotation about the normal [rad], last substep
@@ -174,7 +173,7 @@ CONTACT = record(
     closing_acceleration="f8",  # mean closing acceleration over it [m/s^2]
     end_weight="f8",  # additional weight of the force at the ends of an impact, in substeps, see `contacts.leapfrog`
     normal=VECTOR, tangent=VECTOR, arm_a=VECTOR, arm_b=VECTOR,
-    axis=VECTOR,  # with rolling resistance: the longer one of its ellipse, see `pace.longer_axis`
+    axis=VECTOR, radii=("f8", (2,)),  # for rolling resistance, see `pace.update_ellipse`
     force=VECTOR,  # force on A [N]
     # ledger, since the touch
     impulse=VECTOR, earlier=VECTOR,  # impulse on A [N s]; its value at the start of the step

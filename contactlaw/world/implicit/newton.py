@@ -218,9 +218,8 @@ def add_moments(w, c, a, b, stage):
     square = stage * stage
     resistance = law_of(w, pair_at(w.pairs, c.pair)).rolling
     if resistance != 0.0:
-        radii = force.rolling_radii(w, c)
-        k = square * stiffness(c.touch, resistance) + stage * force.rolling_dashpot(w, c, resistance, radii[1])
-        along, across = force.rolling_axes(c, radii)
+        k = square * stiffness(c.touch, resistance) + stage * force.rolling_dashpot(w, c, resistance)
+        along, across = force.rolling_axes(c)
         add_moment_stiffness(w, a, b, along, scale(k if c.rolled[2] == 1.0 else 0.0, along))
         add_moment_stiffness(w, a, b, across, scale(k * c.rolled[2], across))
     sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
