@@ -7,18 +7,18 @@ those in cells of its own width and wider. The list is sorted by shapes, so that
 was made.
 """
 
-from math import ceil, floor, log2, sqrt
+from math import ceil, floor, log2, nan, sqrt
 
 from numba import types
 
 from contactlaw.jit import jit_module
-from contactlaw.memory import set_whole, whole_at
+from contactlaw.memory import doubles_at, set_whole, whole_at
 from contactlaw.world.bodies.motion import wake_body
 from contactlaw.world.contacts.touch import begin_contact, end_contact, release
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at
 from contactlaw.world.data.kinds import BOX, END, PARTS, PLANE, TANGENT
 from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED, WIDE
-from contactlaw.world.data.vec import ZERO, add, load, norm, store, sub
+from contactlaw.world.data.vec import ZERO, add, dot, load, norm, store, sub
 from contactlaw.world.near.guards import EXCEEDED, SLACK, has_shapes, separate, surface_speed
 from contactlaw.world.near.pairing import complete_near, list_by_parts, list_pair
 from contactlaw.world.shapes.geometry import bounding_radius, centre, meet
@@ -32,7 +32,8 @@ BRIEF_STEPS = 1.0  # the same where a list serves for one step, see `WORLD.brief
 # Bodies among which margins last one step: each step has many windows, and each goes through the list. These margins
 # allow for impacts too, see `set_margins`.
 MANY_BODIES = 256
-FEW = 50  # whole shapes besides ends of capsules: so many are compared with all others sooner than sorted into a grid
+MANY = 50  # whole shapes besides ends of capsules
+FEW = 256  # whole shapes: so many are compared with all others sooner than sorted into a grid
 
 
 def is_part(s):
@@ -65,8 +66,8 @@ def list_near(w):
         ends += 1 if s.kind == END else 0
         if not is_part(s) and s.kind != END and s.kind < PLANE:
             cores += 1 if s.kind >= BOX else -1
-    have_parts, few = wholes < w.shape_count and cores >= 0, wholes - ends <= FEW
-    steps = TREE_MARGIN_STEPS if 2 * jointed > wholes and not few else MARGIN_STEPS
+    have_parts, few = wholes < w.shape_count and cores >= 0, w.whole_count <= FEW
+    steps = TREE_MARGIN_STEPS if 2 * jointed > wholes > MANY + ends else MARGIN_STEPS
     lasts = PARTS_MARGIN_STEPS if have_parts else steps * max(sqrt(wholes) / w.body_count, 1.0)
     lasts = MARGIN_STEPS if w.brief == WIDE else min(lasts, BRIEF_STEPS) if w.brief != 0 else lasts
     left_out, w.left_out = w.left_out, 0
@@ -177,14 +178,23 @@ def list_within(w, steps, few):
 
 
 def list_few(w):
-    """List the shapes that are near, by comparing all with each other; ends of capsules do not meet."""
+    """List the shapes that are near, by comparing the spheres around all with each other.
+
+    `WORLD.grid`: centres and radii of these, with their margins. A plane's has no end; a part, or what an engine places
+    anew, has none.
+    """
+    spheres, y, z, r = doubles_at(w.grid), w.shape_count, w.cells, w.cells + w.shape_count
     for i in range(w.whole_count):
         s = shape_at(w.shapes, i)
+        b, apart = body_at(w.bodies, s.body), is_part(s) or s.kind == TANGENT
+        at = add(load(b.position), centre(s, b))
+        own = nan if apart else (NEVER if s.kind >= PLANE else bounding_radius(s) + b.margin)
+        spheres[i], spheres[y + i], spheres[z + i], spheres[r + i] = at[0], at[1], at[2], own
         if s.kind == TANGENT:
             list_pair(w, s.partner, i)
-        for j in range(0 if s.kind == TANGENT or is_part(s) else i):
-            other = shape_at(w.shapes, j)
-            if other.kind != TANGENT and not (is_part(other) or s.kind == other.kind == END):
+        for j in range(i):
+            far, d = own + spheres[r + j], sub(at, (spheres[j], spheres[y + j], spheres[z + j]))
+            if dot(d, d) <= far * far:
                 list_pair(w, i, j)
 
 
