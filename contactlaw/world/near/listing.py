@@ -7,7 +7,7 @@ those in cells of its own width and wider. The list is sorted by shapes, so that
 was made.
 """
 
-from math import ceil, floor, log2, nan, sqrt
+from math import ceil, floor, log2, sqrt
 
 from numba import types
 
@@ -178,24 +178,32 @@ def list_within(w, steps, few):
 
 
 def list_few(w):
-    """List the shapes that are near, by comparing the spheres around all with each other.
+    """List the shapes that are near, by comparing the spheres around them with each other; those of planes have no end.
 
-    `WORLD.grid`: centres and radii of these, with their margins. A plane's has no end; a part, or what an engine places
-    anew, has none.
+    `WORLD.grid`: centres and radii, with margins, and numbers of flat shapes, then of round ones. Ends of capsules,
+    which come last, meet flat shapes only.
     """
     spheres, y, z, r = doubles_at(w.grid), w.shape_count, w.cells, w.cells + w.shape_count
-    for i in range(w.whole_count):
-        s = shape_at(w.shapes, i)
-        b, apart = body_at(w.bodies, s.body), is_part(s) or s.kind == TANGENT
-        at = add(load(b.position), centre(s, b))
-        own = nan if apart else (NEVER if s.kind >= PLANE else bounding_radius(s) + b.margin)
-        spheres[i], spheres[y + i], spheres[z + i], spheres[r + i] = at[0], at[1], at[2], own
-        if s.kind == TANGENT:
-            list_pair(w, s.partner, i)
-        for j in range(i):
-            far, d = own + spheres[r + j], sub(at, (spheres[j], spheres[y + j], spheres[z + j]))
-            if dot(d, d) <= far * far:
-                list_pair(w, i, j)
+    numbers, flat, count = w.cells + 3 * w.shape_count, 0, 0
+    for stage in range(3):
+        for i in range(w.whole_count):
+            s = shape_at(w.shapes, i)
+            if is_part(s) or stage != (0 if s.kind >= BOX else 2 if s.kind == END else 1):
+                continue
+            if s.kind == TANGENT:
+                list_pair(w, s.partner, i)
+                continue
+            b = body_at(w.bodies, s.body)
+            at, own = add(load(b.position), centre(s, b)), b.margin + (NEVER if s.kind >= PLANE else bounding_radius(s))
+            for k in range(flat if stage == 2 else count):
+                far, d = own + spheres[r + k], sub(at, (spheres[k], spheres[y + k], spheres[z + k]))
+                if dot(d, d) <= far * far:
+                    list_pair(w, i, whole_at(w.grid, numbers + k))
+            if stage < 2:
+                spheres[count], spheres[y + count], spheres[z + count], spheres[r + count] = at[0], at[1], at[2], own
+                set_whole(w.grid, numbers + count, i)
+                count += 1
+                flat += 1 - stage
 
 
 def list_near_bodies(w):
