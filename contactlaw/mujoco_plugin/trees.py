@@ -165,7 +165,8 @@ def find_tree(head, j, t, needed):
             b = body_at(t.bodies, i)
             store(b.acceleration, load(b.velocity))
             store(b.turning, load(b.spin))
-        set_bodies(head, j, t, (coordinates, velocities))
+        gather(head, velocities, j.v, vector(t.v, t.v_size))
+        spread_velocity(t)
         for i in range(t.count):  # in the mean of the step, which damps joints; they may press it on what it lies on
             b, rate = body_at(t.bodies, i), 1.0 / head.step_size
             store(b.acceleration, scale(rate, sub(load(b.acceleration), load(b.velocity))))
