@@ -4,7 +4,7 @@ For spheres and capsules the edges of a core are sharp. For edges, rims and side
 core's own radius: the distance is that from a core smaller by this radius all around, less the radius.
 """
 
-from math import copysign, sqrt
+from math import copysign, nan, sqrt
 
 from contactlaw.jit import jit_module
 from contactlaw.world.data.call import ask_nearest
@@ -32,11 +32,11 @@ def next_place(at, value, slope, ends):
     """Take a step of Newton's method for the root, from -1 to 1, of a growing function; bisect where that leads out.
 
     value, slope: of the function at a place `at`. ends: between which the root was before. Returns the next place, and
-    between which the root is now.
+    between which the root is now. The place remains if the step is lost in rounding.
     """
     low, high = (ends[0], at) if value > 0.0 else (at, ends[1])
-    new = clip(at - value / slope) if slope > 0.0 else high
-    if not low < new < high:
+    new = clip(at - value / slope) if slope > 0.0 else nan
+    if not (low < new < high or new == at):
         new = clip(0.5 * (low + high))
     return new, (low, high)
 
