@@ -266,15 +266,20 @@ def kick(b, impulse, moment):
     """Apply an impulse [N s] and an angular impulse about the centre of mass [N m s] to a body."""
     if b.tree != 0:
         call_with_vectors(tree_at(b.tree, 0).kick, b, impulse, moment)
-        return
-    if b.inverse_mass == 0.0:
-        return
-    store(b.velocity, axpy(b.inverse_mass, impulse, load(b.velocity)))
-    if b.isotropic != 0:
-        store(b.spin, axpy(b.inverse_inertia[0], moment, load(b.spin)))
-    else:
+    elif b.isotropic != 0:
+        kick_round(b, impulse, moment)
+    elif b.inverse_mass != 0.0:
+        store(b.velocity, axpy(b.inverse_mass, impulse, load(b.velocity)))
         store(b.momentum, add(load(b.momentum), moment))
         store(b.spin, spin_change(b, load(b.momentum)))
+
+
+@jit_inline
+def kick_round(b, impulse, moment):
+    """Do so to a body without joints whose moments of inertia are equal, or that is kinematic."""
+    if b.inverse_mass != 0.0:
+        store(b.velocity, axpy(b.inverse_mass, impulse, load(b.velocity)))
+        store(b.spin, axpy(b.inverse_inertia[0], moment, load(b.spin)))
 
 
 def mobility(b, arm, direction):

@@ -18,7 +18,7 @@ from contactlaw.laws.hertz import damping_of, elastic_force, hertz_stiffness
 from contactlaw.laws.record import LASTING, SPUN
 from contactlaw.laws.slip import stuck_stiffness
 from contactlaw.memory import copy_wholes, set_whole, whole_at
-from contactlaw.world.bodies.motion import kick
+from contactlaw.world.bodies.motion import kick_round
 from contactlaw.world.contacts.force import (
     TORSION_EVERY,
     dashpot_of,
@@ -122,38 +122,38 @@ def begin_coasting(w, k, r, h, longest):
     r.pace = longest_substep(w, c, a, b, substeps_per_impact(w, p, False))
     a.touched, b.touched = 1, 1
     store(r.normal, n)
+    store(r.tangent, e)
+    store(r.side, cross(n, e))
     r.radius_a, r.radius_b = -dot(load(c.arm_a), n), dot(load(c.arm_b), n)
     r.tilting = 1.0 / (r.radius_a + r.radius_b) if a.inverse_mass * b.inverse_mass > 0.0 else 0.0
-    store(r.start, place_of(r, a, b))
+    apart, place = places_of(r, a, b)
+    store(r.start, place)
     r.start_a = dot(load(a.pending_turn), n)
-    r.start_turn = r.start_a - dot(load(b.pending_turn), n)
     r.first = r.overlap = t.overlap
-    r.closing, r.force = t.closing, t.force
-    r.stiffness, r.elastic = hertz_stiffness(t), elastic_force(t, False, t.overlap)
-    r.damping = damping_of(t, False, t.stiffness * sqrt(t.overlap))
-    count, alone = side_by_side(a, b), 0.5 * r.damping * h / t.mass  # solved for the damper as in `hertz.normal_force`
-    r.share = 1.0 / (1.0 + count * alone)
-    r.beside = (count - 1.0) * alone * r.share
+    r.reach, r.force = apart[0] + t.overlap, t.force
+    r.stiffness, damping = hertz_stiffness(t), damping_of(t, False, t.stiffness * sqrt(t.overlap))
+    count, alone = side_by_side(a, b), 0.5 * damping * h / t.mass  # solved for the damper as in `hertz.normal_force`
+    share = 1.0 / (1.0 + count * alone)
+    r.lag, r.beside = 1.0 - share, (count - 1.0) * alone * share
+    r.share, r.late = share + r.beside, 0.5 * share * damping / h
+    r.carried = carried_of(r, t.force, h * t.closing, elastic_force(t, False, t.overlap))
     r.spring, r.drag, r.friction = stuck_stiffness(t), 0.0, t.friction
-    side = cross(n, e)
-    store(r.pull, axpy(t.f, e, scale(t.g, side)))
-    store(r.held, load(r.pull))
-    if has_dashpot(c):
-        r.drag = dashpot_of(t, r.spring, (count - 1.0) * h)
-        sliding = axpy(c.moved[0], e, scale(c.moved[1], side))
-        store(r.held, axpy(-r.drag / c.interval, sliding, load(r.pull)))
     r.longest = min(turning_time(c, a, b) if is_quasi_static(c, 1.0) else longest, torsion_time(w, c) - 2.0 * h)
-    begin_torsion(w, c, r)
-    r.furthest = longest_slide(t)
-    store(r.slide, ZERO)
+    r.furthest = longest_slide(t) ** 2
+    if has_dashpot(c):
+        r.drag = dashpot_of(t, r.spring, (count - 1.0) * h) / h
+    begin_torsion(w, c, r, h)
+    store(r.pull, (t.f, t.g, c.torsion.moment))
+    slid = scale(-h / c.interval, load(c.moved))
+    store(r.held, springs_of(r, load(r.pull), (0.0, 0.0, c.pending_twist), slid))
+    store(r.moved, ZERO)
     store(r.impulse, ZERO)
     r.normal_work, r.friction_work, r.time = 0.0, 0.0, 0.0
 
 
-def begin_torsion(w, c, r):
-    """Set the torsion of a model that begins: spring, dashpot and limit."""
+def begin_torsion(w, c, r, h):
+    """Set the torsion of a model that begins: spring, dashpot and limit; h: length of substeps [s]."""
     t = c.touch
-    r.turn, r.moment, r.twisted = 0.0, c.torsion.moment, c.torsion.moment
     r.torsion, r.torsion_drag, r.torsion_limit = 0.0, 0.0, 0.0
     if c.torsion.span == 0.0:
         return
@@ -163,29 +163,52 @@ def begin_torsion(w, c, r):
     slides = r.longest * sqrt(c.moved[0] ** 2 + c.moved[1] ** 2) > c.interval * slide_to_slip(t)
     r.torsion_limit = torsion.FULL * radius * (c.torsion.friction if slides else t.mu)
     if r.drag != 0.0:
-        r.torsion_drag = torsion.critical_dashpot(r.torsion, 1.0 / spin_mobility(w, c))
-    r.twisted += r.torsion * c.pending_twist - r.torsion_drag * c.moved[2] / c.interval
+        r.torsion_drag = torsion.critical_dashpot(r.torsion, 1.0 / spin_mobility(w, c)) / h
 
 
 @jit_inline
-def torsion_at(r, turn, rate):
-    """Return the moment on B [N m] as A has turned over B by an angle since the start [rad]; the spring slips at most.
-
-    rate: 1/h [1/s].
+def places_of(r, a, b):
+    """Return A's centre over B's along normal and tangents [m]; and along both tangents A's contact point over B's [m],
+    and A's turn over B's about the normal [rad], but for constants. Both arms are along the normal.
     """
-    most = r.torsion_limit * r.force
-    moment = r.twisted + r.torsion * turn + r.torsion_drag * rate * (turn - r.turn)
+    n, e, f = load(r.normal), load(r.tangent), load(r.side)
+    apart, turn_a, turn_b = sub(load(a.position), load(b.position)), load(a.pending_turn), load(b.pending_turn)
+    turn, u, v = axpy(r.radius_a, turn_a, scale(r.radius_b, turn_b)), dot(apart, e), dot(apart, f)
+    return (dot(apart, n), u, v), (u - dot(turn, f), v + dot(turn, e), dot(sub(turn_a, turn_b), n))
+
+
+@jit_inline
+def carried_of(r, force, gained, elastic):
+    """Return what this substep's force [N], gain of overlap [m] and elastic force [N] add to the next one's force."""
+    return r.lag * force - r.late * gained - r.beside * elastic
+
+
+@jit_inline
+def springs_of(r, held, moved, slid):
+    """Return the forces along both tangents [N] and the moment [N m] of springs and dashpots on B.
+
+    held: those of springs at the start. moved: since then, slid: in this substep; as `r.moved`.
+    """
+    return (
+        held[0] + r.spring * moved[0] + r.drag * slid[0],
+        held[1] + r.spring * moved[1] + r.drag * slid[1],
+        held[2] + r.torsion * moved[2] + r.torsion_drag * slid[2],
+    )
+
+
+@jit_inline
+def slipped(r, force, moved, pull):
+    """Return what friction holds of the forces and the moment of `springs_of` under a force P [N]: the rest slips."""
+    u, v, moment = pull
+    square, limit, most = u * u + v * v, r.friction * force, r.torsion_limit * force
+    if square > limit * limit:
+        part = limit / sqrt(square)
+        u, v = part * u, part * v
+        r.held[0], r.held[1] = u - r.spring * moved[0], v - r.spring * moved[1]
     if abs(moment) > most:
         moment = copysign(most, moment)
-        r.twisted = moment - r.torsion * turn
-    return moment
-
-
-@jit_inline
-def place_of(r, a, b):
-    """Return the place of A's contact point over B's [m], but for a constant: both arms are along the normal."""
-    turn = axpy(r.radius_a, load(a.pending_turn), scale(r.radius_b, load(b.pending_turn)))
-    return sub(sub(load(a.position), load(b.position)), cross(turn, load(r.normal)))
+        r.held[2] = moment - r.torsion * moved[2]
+    return u, v, moment
 
 
 def advance_coasting(w, pairs, coasting, span, may_coast):
@@ -195,66 +218,60 @@ def advance_coasting(w, pairs, coasting, span, may_coast):
     next substep advances their laws by the whole displacement. span: lengths [s] of the last substep and of the next.
     """
     h, next_h = span
-    rate, time, i = 1.0 / h, 0.5 * (h + next_h), 0
+    time, i = 0.5 * (h + next_h), 0
     while i < coasting:
         r = coasting_at(w.coasting, i)
-        a, b, n = body_at(r.body_a, 0), body_at(r.body_b, 0), load(r.normal)
-        moved, apart = sub(place_of(r, a, b), load(r.start)), sub(load(a.position), load(b.position))
-        deeper, across = -dot(moved, n), axpy(-dot(apart, n), n, apart)
-        tilt = scale(r.tilting, across)
-        slide, overlap = axpy(deeper, n, moved), r.first + deeper - 0.5 * dot(tilt, across)
-        gained, slid = overlap - r.overlap, sub(slide, load(r.slide))
-        closing = rate * gained
+        a, b = body_at(r.body_a, 0), body_at(r.body_b, 0)
+        (away, across, beside), place = places_of(r, a, b)
+        tilt_e, tilt_f, moved = r.tilting * across, r.tilting * beside, sub(place, load(r.start))
+        overlap = r.reach - away - 0.5 * (tilt_e * across + tilt_f * beside)
+        gained, slid = overlap - r.overlap, sub(moved, load(r.moved))
         elastic = r.stiffness * overlap * sqrt(max(overlap, 0.0))
-        force = elastic + r.damping * (1.5 * closing - 0.5 * r.closing)
-        force = max(r.share * force + (1.0 - r.share) * r.force + r.beside * (elastic - r.elastic), 0.0)
-        pull = axpy(r.spring, slide, axpy(r.drag * rate, slid, load(r.held)))
-        square, limit = dot(pull, pull), r.friction * force
-        if square > limit * limit:
-            pull = scale(limit / sqrt(square), pull)
-            store(r.held, axpy(-r.spring, slide, pull))
-        r.normal_work -= 0.5 * (r.force + force) * gained
-        r.overlap, r.closing, r.force, r.elastic = overlap, closing, force, elastic
-        turn = dot(sub(load(a.pending_turn), load(b.pending_turn)), n) - r.start_turn
-        moment = torsion_at(r, turn, rate)
-        r.friction_work -= 0.5 * (dot(add(load(r.pull), pull), slid) + (r.moment + moment) * (turn - r.turn))
-        r.turn, r.moment = turn, moment
-        store(r.slide, slide)
+        force = max(r.share * elastic + 3.0 * r.late * gained + r.carried, 0.0)
+        pull = slipped(r, force, moved, springs_of(r, load(r.held), moved, slid))
+        r.carried = carried_of(r, force, gained, elastic)
+        r.normal_work -= (r.force + force) * gained
+        r.friction_work -= dot(add(load(r.pull), pull), slid)
+        r.overlap, r.force = overlap, force
+        store(r.moved, moved)
         store(r.pull, pull)
         r.time += h
-        impulse = scale(time, axpy(force, add(n, tilt), scale(-1.0, pull)))
-        store(r.impulse, add(load(r.impulse), impulse))
-        turning, twisting = scale(time, cross(n, pull)), scale(time * moment, n)
-        kick(a, impulse, axpy(r.radius_a, turning, scale(-1.0, twisting)))
-        kick(b, scale(-1.0, impulse), axpy(r.radius_b, turning, twisting))
-        in_range = LEAST * r.first <= overlap <= MOST * r.first and dot(slide, slide) < r.furthest * r.furthest
-        if may_coast and in_range and r.time < r.longest:
+        n, e, f = load(r.normal), load(r.tangent), load(r.side)
+        parts = scale(time, (force, force * tilt_e - pull[0], force * tilt_f - pull[1]))
+        store(r.impulse, add(load(r.impulse), parts))
+        impulse = axpy(parts[0], n, axpy(parts[1], e, scale(parts[2], f)))
+        u, v, moment = scale(time, pull)
+        turning, twisting = axpy(u, f, scale(-v, e)), scale(moment, n)
+        kick_round(a, impulse, axpy(r.radius_a, turning, scale(-1.0, twisting)))
+        kick_round(b, scale(-1.0, impulse), axpy(r.radius_b, turning, twisting))
+        in_range = LEAST * r.first <= overlap <= MOST * r.first
+        if may_coast and in_range and r.time < r.longest and moved[0] * moved[0] + moved[1] * moved[1] < r.furthest:
             i += 1
             continue
-        end_coasting(w, r, 0.5 * time)
+        end_coasting(w, r, gained / h, 0.5 * time)
         set_whole(w.island_pairs, pairs, r.near)
         pairs, coasting = pairs + 1, coasting - 1
         copy_wholes(w.coasting + SIZE * coasting, w.coasting + SIZE * i, SIZE // 8)
     return coasting
 
 
-def end_coasting(w, r, later):
-    """Write the model of a contact that stops coasting back; later: see `CONTACT.later` [s]."""
-    p, n = near_at(w.near, r.near), load(r.normal)
+def end_coasting(w, r, closing, later):
+    """Write the model of a contact that stops coasting back; closing: speed [m/s]; later: see `CONTACT.later` [s]."""
+    p, n, e, f = near_at(w.near, r.near), load(r.normal), load(r.tangent), load(r.side)
     c, a = contact_at(w.contacts, p.slot), body_at(r.body_a, 0)
-    t, e = c.touch, load(c.tangent)
-    turn_a = dot(load(a.pending_turn), n) - r.start_a
+    t, turn_a = c.touch, dot(load(a.pending_turn), n) - r.start_a
     c.coasted_from = r.first
-    store(c.coasted, (dot(load(r.slide), e), dot(load(r.slide), cross(n, e)), r.turn))
-    turn_frame(c, n, turn_a - 0.5 * r.turn)
-    t.overlap, t.closing, c.neighbours, p.active = r.overlap, r.closing, UNKNOWN, 1
+    store(c.coasted, load(r.moved))
+    turn_frame(c, n, turn_a - 0.5 * r.moved[2])
+    t.overlap, t.closing, c.neighbours, p.active = r.overlap, closing, UNKNOWN, 1
     t.force, t.elastic = r.force, r.stiffness * r.overlap * sqrt(max(r.overlap, 0.0))
-    c.coasted_f, c.coasted_g, e = t.f, t.g, load(c.tangent)
-    t.f, t.g = dot(load(r.pull), e), dot(load(r.pull), cross(n, e))
-    store(c.impulse, add(load(c.impulse), load(r.impulse)))
-    c.normal_work += r.normal_work
-    c.friction_work += r.friction_work
-    c.torsion.moment = r.moment
+    c.coasted_f, c.coasted_g, pull = t.f, t.g, axpy(r.pull[0], e, scale(r.pull[1], f))
+    t.f, t.g = dot(pull, load(c.tangent)), dot(pull, cross(n, load(c.tangent)))
+    impulse = axpy(r.impulse[0], n, axpy(r.impulse[1], e, scale(r.impulse[2], f)))
+    store(c.impulse, add(load(c.impulse), impulse))
+    c.normal_work += 0.5 * r.normal_work
+    c.friction_work += 0.5 * r.friction_work
+    c.torsion.moment = r.pull[2]
     c.duration += r.time
     c.later = later
 

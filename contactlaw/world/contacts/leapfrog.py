@@ -78,9 +78,9 @@ def push_by_coasting(w, coasting):
     """Add the forces of coasting contacts, at the end of the substep before, to those on their bodies; count them."""
     for i in range(coasting):
         r = coasting_at(w.coasting, i)
-        a, b, push = body_at(r.body_a, 0), body_at(r.body_b, 0), scale(r.force, load(r.normal))
-        add_push(a, ZERO, push)
-        add_push(b, ZERO, scale(-1.0, push))
+        a, b, n = body_at(r.body_a, 0), body_at(r.body_b, 0), load(r.normal)
+        store(a.push, axpy(r.force * a.inverse_mass, n, load(a.push)))
+        store(b.push, axpy(-r.force * b.inverse_mass, n, load(b.push)))
         a.pressing += 1
         b.pressing += 1
 

@@ -31,24 +31,24 @@ FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; that of a parted c
 
 
 BODY = record(
-    # what each substep reads and writes comes first
+    # what each substep reads and writes comes first, and of that what contacts that coast do
     position=VECTOR, velocity=VECTOR, spin=VECTOR,  # of the centre of mass [m], [m/s], angular velocity [rad/s]
-    shift=VECTOR, twist=VECTOR,  # displacement [m] and rotation vector [rad] of its last substep
-    push=VECTOR, twisting=VECTOR,  # accelerations by loads and springs [m/s^2], [rad/s^2], see `contacts.leapfrog`
     pending_turn=VECTOR,  # rotation vector [rad] not yet applied to the quaternion
-    # loads besides contacts, constant over a step
-    acceleration=VECTOR, torque=VECTOR,  # [m/s^2], [N m]
     inverse_mass="f8", inverse_inertia=VECTOR,  # [1/kg], about the principal axes [1/(kg m^2)]; zero: kinematic
+    push=VECTOR, twisting=VECTOR,  # accelerations by loads and springs [m/s^2], [rad/s^2], see `contacts.leapfrog`
+    pressing="i8", square_rate="f8",  # how many contacts are closed; see `pace.add_square_rate` [1/s^2]
     # 1: the three moments of inertia are equal; 1: its axes matter, as they are not or a shape is off its centre
     isotropic="i8", oriented="i8",
     tree="u8", member="i8",  # address of its `TREE`, zero: a free body; its number in that
+    shift=VECTOR, twist=VECTOR,  # displacement [m] and rotation vector [rad] of its last substep
+    # loads besides contacts, constant over a step
+    acceleration=VECTOR, torque=VECTOR,  # [m/s^2], [N m]
     time="f8",  # [s] since the step began, up to which it has been moved
     still="i8",  # 1: nothing moves it within this step
     touched="i8", placed="i8",  # 1: its step ends as the world has it; the user has moved it (PUT: elsewhere at once)
     path="f8", next_path="f8",  # [m] that its surface has moved in a window's substeps, at most, and may in the next
     path_end="f8",  # [m] of `path`, see `window.list_pairs`
     reach="f8",  # [m] from its centre of mass to the furthest centre, middle line or core of its shapes
-    square_rate="f8", pressing="i8",  # see `pace.add_square_rate` [1/s^2]; how many are closed
     # its turn
     quaternion=("f8", (4,)),  # scalar first
     axes=MATRIX,  # the quaternion as a matrix: principal axes of inertia to world
@@ -194,22 +194,23 @@ ROW = record(
 """A contact in an implicit step, see `implicit.step`."""
 
 COASTING = record(
-    near="i8", body_a="u8", body_b="u8",  # its pair; addresses of its bodies
-    pace="f8",  # longest substep [s], see `pace.longest_substep`
-    normal=VECTOR, radius_a="f8", radius_b="f8",  # at the start; lengths of the arms [m]
+    # what each substep reads and writes comes first
+    body_a="u8", body_b="u8", force="f8",  # addresses of its bodies; P [N]
+    normal=VECTOR, tangent=VECTOR, side=VECTOR,  # its frame at the start; side: n x e
+    radius_a="f8", radius_b="f8",  # lengths of the arms [m]
+    start=VECTOR, moved=VECTOR,  # see `coasting.places_of`: at the start; tangential displacement and turn since
     tilting="f8",  # change of the normal of two free balls with what their centres move across it [1/m]
-    start=VECTOR, start_a="f8", start_turn="f8",  # see `coasting.place_of`; angles about the normal [rad], A, A over B
-    turn="f8",  # of the latter, since the start [rad]
-    slide=VECTOR, impulse=VECTOR,  # tangential displacement of A over B since the start [m]; on A [N s]
-    first="f8", overlap="f8", closing="f8",  # at the start and now [m], [m/s]
-    stiffness="f8", elastic="f8", damping="f8",  # k of Hertz; its force now [N]; damping d [N s/m]
-    share="f8", beside="f8",  # with n contacts side by side 1/(1 + n x) and (n - 1) x/(1 + n x), x = d h/(2 m)
-    spring="f8", drag="f8", friction="f8",  # tangential: [N/m], [N s/m], coefficient
-    torsion="f8", torsion_drag="f8", torsion_limit="f8",  # [N m/rad], [N m s/rad], moment over P at the limit [m]
-    twisted="f8",  # moment of the spring at the start [N m]
-    force="f8", pull=VECTOR, held=VECTOR, moment="f8",  # P, friction on B, that of the spring at the start [N]; [N m]
-    time="f8", longest="f8", furthest="f8",  # since the start [s]; time [s] and displacement [m] for which it may coast
-    normal_work="f8", friction_work="f8",  # [J]
+    reach="f8", first="f8", overlap="f8",  # overlap plus distance along the normal; overlap at the start and now [m]
+    stiffness="f8",  # k of Hertz
+    # P = share P_e + 3 late dx + carried, P_e of Hertz, dx gain of overlap. By the last P, P_e and dx, with n contacts
+    # side by side and x = d h/(2 m): carried = n x/(1 + n x) P - late dx - (n - 1) x/(1 + n x) P_e
+    share="f8", late="f8", carried="f8", lag="f8", beside="f8",
+    spring="f8", drag="f8", friction="f8",  # tangential [N/m]; dashpot, of the motion in a substep [N/m]; coefficient
+    torsion="f8", torsion_drag="f8", torsion_limit="f8",  # the same [N m/rad]; moment over P at the limit [m]
+    pull=VECTOR, held=VECTOR,  # friction on B [N] and moment [N m], along the frame; that of the springs at the start
+    normal_work="f8", friction_work="f8", impulse=VECTOR,  # twice the work [J]; on A, along the frame [N s]
+    time="f8", longest="f8", furthest="f8",  # [s] since the start; [s] and square of [m] for which it may coast
+    near="i8", pace="f8", start_a="f8",  # its pair; `pace.longest_substep` [s]; turn of A at the start, see `start`
 )  # fmt: skip
 """The model of a contact that coasts, see `contacts.coasting`."""
 
