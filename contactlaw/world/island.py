@@ -160,12 +160,10 @@ def take_substeps(w, root, listed, t, now, until):
         left = until - t - h
         is_last = left < 0.5 * next_h
         t = until if is_last else t + h
-        for i in range(bodies):
-            drift(body_at(w.bodies, whole_at(w.island_bodies, i)), h)
         w.twists = TWIST_ALWAYS
         if joints or closed > w.crowd:
             w.twists = TWIST_NOW if is_last or since_review % TORSION_EVERY == 0 else TWIST_LATER
-        passed, longest = update_paths(w, bodies, max(next_h / h, 1.0))
+        passed, longest = drift_together(w, bodies, h, max(next_h / h, 1.0))
         if joints and (passed or whole):
             pairs, whole = list_pairs(w, root, bodies, BLOCK, LEAST_WAY * longest), False
         push_by_coasting(w, coasting)
@@ -213,15 +211,16 @@ def take_substeps(w, root, listed, t, now, until):
 
 
 @jit_inline
-def update_paths(w, bodies, longer):
-    """Add what surfaces moved in a substep to their paths, and predict the next substep, `longer` times as long.
+def drift_together(w, bodies, h, longer):
+    """Let all bodies drift for h [s], add what surfaces move to their paths, and predict the next substep.
 
-    Contacts on each body are counted anew. Returns whether one may get past its `path_end` before its pairs are looked
-    at again, see `window.list_pairs`; and the longest way [m].
+    That is `longer` times as long. Contacts on each body are counted anew. Returns whether one may get past its
+    `path_end` before its pairs are looked at again, see `window.list_pairs`; and the longest way [m].
     """
     passed, most = False, 0.0
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
+        drift(b, h)  # of a tree, the first body in the list moves all
         way = norm(load(b.shift)) + (b.reach * norm(load(b.twist)) if b.reach > 0.0 else 0.0)
         b.path += way
         b.next_path = longer * way
