@@ -224,7 +224,6 @@ def drift_together(w, bodies, h, longer):
         way = norm(load(b.shift)) + (b.reach * norm(load(b.twist)) if b.reach > 0.0 else 0.0)
         b.path += way
         b.next_path = longer * way
-        b.pressing = 0
         clear_push(b)
         passed = passed or b.path + LOOKAHEAD * b.next_path > b.path_end
         most = max(most, b.next_path)
@@ -274,8 +273,6 @@ def evaluate_contacts(w, pairs, span, few):
         if p.closed != 0:
             measure(w, contact_at(w.contacts, p.slot), a, b)
             press_spring(w, contact_at(w.contacts, p.slot), a, b)
-            a.pressing += 1
-            b.pressing += 1
             set_whole(w.island_pairs, w.near_room + acting, k)
             acting += 1
     for i in range(w.near_room, w.near_room + acting):

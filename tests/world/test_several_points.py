@@ -20,12 +20,15 @@ SIZES = {"cube": (0.02, 0.02, 0.02), "plate": (0.02, 0.02, 0.004), "tower": (0.0
     ("name", "on", "off"),
     [
         *((name, on, 1e-3) for name in SIZES for on in ("plane", "box")),
-        ("cube", "slide", 0.02),
+        *((name, on, 4e-3) for name in ("cube", "plate", "can") for on in ("slide", "hinge")),
         ("tower", "edge", 2e-3),
     ],
 )
 def test_what_lands_on_several_points_rebounds_as_its_pair_says(name: str, on: str, off: float) -> None:
-    """By energy. With dampers that each belong to the mass of one contact alone it was 0.29 to 0.57 in place of 0.5."""
+    """By energy. With dampers that each belong to the mass of one contact alone it was 0.29 to 0.57 in place of 0.5.
+
+    On joints it was 0.47 to 0.49 where only the first substep had them.
+    """
     world, size = World(gravity=0.0, timestep=1e-3), SIZES[name]
     half, mass = size[-1], 0.1
     x, y, z = (size[0], size[0], half) if name == "can" else size
@@ -33,6 +36,10 @@ def test_what_lands_on_several_points_rebounds_as_its_pair_says(name: str, on: s
     if on == "slide":
         joint = Joint("slide", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
         _, (body,) = world.add_tree(Tree([Part(mass, inertia, (joint,), -1, (0.0, 0.0, half + 1e-4))]), v=[-0.5])
+    elif on == "hinge":
+        joint = Joint("hinge", (-0.2, 0.0, 0.0), (0.0, -1.0, 0.0))
+        arm = Tree([Part(mass, inertia, (joint,), -1, (0.0, 0.0, half))])
+        _, (body,) = world.add_tree(arm, q=[5e-4], v=[-2.5])
     elif on == "edge":
         turn = (cos(0.2), sin(0.2), 0.0, 0.0)
         height = y * sin(0.4) + z * cos(0.4)
@@ -69,3 +76,44 @@ def test_many_feet_rebound_as_their_pair_says_with_few_substeps_too(feet: int, r
     world.add_contact(balls, floor, ContactPair("steel", "steel", 0.0, restitution))
     world.step(5)
     assert world.velocity[body, 2] == pytest.approx(restitution, abs=1e-4 if feet == 4 else 1e-2)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("lying", [False, True])
+@pytest.mark.parametrize("restitution", [0.2, 0.5, 0.9])
+def test_pucks_that_meet_side_on_side_rebound_as_their_pair_says(restitution: float, lying: bool) -> None:
+    """Rims press an eighteenth as hard as the side. With dampers for at least a fifth 0.5 became 0.46, 0.2 0.18."""
+    radius, half, mass = 0.0375, 0.0127, 0.9
+    across, about = mass * (3.0 * radius**2 + 4.0 * half**2) / 12.0, 0.5 * mass * radius**2
+    world = World(gravity=9.81 if lying else 0.0, timestep=1e-3, crowd_substeps=40)
+    places = (0.0, 0.0, half), (2.0 * radius + 0.002, 0.0, half)
+    pucks = [world.add_body(mass, (across, across, about), place) for place in places]
+    sides = [world.add_cylinder(puck, radius, half) for puck in pucks]
+    world.add_contact(*sides, ContactPair("steel", "steel", 0.3, restitution))
+    if lying:
+        floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+        world.add_contact(sides, floor, ContactPair("steel", "steel", 0.0, 0.5))
+        world.step(300)
+    world.place(pucks[1], velocity=(-1.0, 0.0, 0.0))
+    world.step(10)
+    assert world.velocity[pucks[1], 0] - world.velocity[pucks[0], 0] == pytest.approx(restitution, abs=2e-3)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("restitution", [0.2, 0.5, 0.9])
+@pytest.mark.parametrize("kinds", [("hull", "hull"), ("box", "hull"), ("box", "cylinder"), ("cylinder", "cylinder")])
+def test_what_stiffens_as_it_is_pressed_rebounds_as_its_pair_says(kinds: tuple[str, str], restitution: float) -> None:
+    """Edges and sides begin to carry after corners and rims. Shared by force alone 0.5 became 0.475, 0.9 0.88."""
+    world, bodies, shapes = World(gravity=0.0, timestep=1e-3, crowd_substeps=100), [], []
+    for kind, size, height, velocity in zip(kinds, (0.012, 0.02), (0.0401, 0.0), (-1.0, 0.0), strict=True):
+        bodies.append(world.add_body(0.5, np.full(3, 2e-4), (0.0, 0.0, height), (0.0, 0.0, velocity)))
+        if kind == "hull":
+            corners = [(x, y, z) for x in (-size, size) for y in (-size, size) for z in (-0.02, 0.02)]
+            shapes.append(world.add_hull(bodies[-1], corners))
+        elif kind == "box":
+            shapes.append(world.add_box(bodies[-1], (size, size, 0.02)))
+        else:
+            shapes.append(world.add_cylinder(bodies[-1], size, 0.02))
+    world.add_contact(*shapes, ContactPair("steel", "steel", 0.0, restitution))
+    world.step(6)
+    assert world.velocity[bodies[0], 2] - world.velocity[bodies[1], 2] == pytest.approx(restitution, abs=5e-4)

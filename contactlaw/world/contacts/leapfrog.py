@@ -25,6 +25,7 @@ from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, scale, store, sub
 
 SHARE = 1.0 / 12.0  # of h^2 x''
+MOST = 1e6  # contacts whose dampers a contact shares with, at most: beyond, its own is next to nothing beside theirs
 UNKNOWN = -1e300  # value of `CONTACT.neighbours` where the substep before has not found it
 AT_ONE = 1.0 / 12.0, 0.025485202  # -zeta(-p, 1) of elastic forces, linear and of Hertz
 # (zeta(-3/2, 1 + s) - zeta(-3/2))/s and zeta(-1/4, 1 + s) in powers of s on (0, 1], to 4e-5 and 1e-4
@@ -38,19 +39,25 @@ def is_rigid(b):
 
 
 def clear_push(b):
-    """Set what pushes a body to its loads besides contacts."""
+    """Set what pushes a body to its loads besides contacts, which are counted anew."""
+    b.pressing = 0
     store(b.push, load(b.acceleration))
     if b.oriented != 0:
         store(b.twisting, turning_of(b))
+        store(b.storing, ZERO)
+        store(b.storing_turn, ZERO)
 
 
-def add_push(b, arm, force):
+def add_push(b, arm, force, overlap):
     """Add a spring's force [N] on a body at an arm [m] to those of this substep; arms of round bodies are along it."""
     if b.inverse_mass == 0.0:
         return
     store(b.push, axpy(b.inverse_mass, force, load(b.push)))
     if b.oriented != 0:
-        store(b.twisting, add(load(b.twisting), spin_change(b, cross(arm, force))))
+        turn = spin_change(b, cross(arm, force))
+        store(b.twisting, add(load(b.twisting), turn))
+        store(b.storing, axpy(overlap * b.inverse_mass, force, load(b.storing)))
+        store(b.storing_turn, axpy(overlap, turn, load(b.storing_turn)))
 
 
 def push_at(b, arm):
@@ -60,8 +67,17 @@ def push_at(b, arm):
     return load(b.push) if b.oriented == 0 else add(load(b.push), cross(load(b.twisting), arm))
 
 
+def storing_at(b, arm, overlap):
+    """Return the share of springs in that, each times its overlap [m]; a ball's are all taken to have this overlap."""
+    if b.inverse_mass == 0.0:
+        return ZERO
+    if b.oriented == 0:
+        return scale(overlap, sub(load(b.push), load(b.acceleration)))
+    return add(load(b.storing), cross(load(b.storing_turn), arm))
+
+
 def press_spring(w, c, a, b):
-    """Set the force of a contact's spring where its bodies are, and add it to what pushes them.
+    """Set the force of a contact's spring where its bodies are, add it to what pushes them, and count it there.
 
     Bodies on joints answer to it with all of their tree: their contacts know their own springs only.
     """
@@ -69,9 +85,11 @@ def press_spring(w, c, a, b):
     c.spring = 0.0
     if t.overlap > 0.0 and not (linear and t.state == OPEN):  # whose stiffness is known after the touch
         c.spring = elastic_force(t, linear, t.overlap)
+    a.pressing += 1
+    b.pressing += 1
     if is_rigid(a) and is_rigid(b):
-        add_push(a, load(c.arm_a), scale(c.spring, n))
-        add_push(b, load(c.arm_b), scale(-c.spring, n))
+        add_push(a, load(c.arm_a), scale(c.spring, n), t.overlap)
+        add_push(b, load(c.arm_b), scale(-c.spring, n), t.overlap)
 
 
 def push_by_coasting(w, coasting):
@@ -85,6 +103,11 @@ def push_by_coasting(w, coasting):
         b.pressing += 1
 
 
+def is_turned(b):
+    """Return whether contacts turn a body: one that moves and is no ball."""
+    return b.oriented != 0 and b.inverse_mass != 0.0
+
+
 def side_by_side(a, b):
     """Return how many contacts press the more pressed of two bodies, of those that move: their dampers share a mass."""
     return max(a.pressing if a.still == 0 else 1, b.pressing if b.still == 0 else 1, 1)
@@ -93,22 +116,30 @@ def side_by_side(a, b):
 def damper_weight(c, a, b, count):
     """Return the factor of the damper of one of `count` contacts that press a body side by side.
 
-    The damper of a single contact belongs to its effective mass m. A body that lands on several opens each by all of
-    their forces, at an acceleration A: as a mass P/A would by its own force P. With sqrt(P/(A m)) such a body rebounds
-    as its pair of materials says, flat or on an edge. P/A is taken as at least m/count, and as at most the mass of both
-    bodies without their turning, which forces from opposite sides would exceed; in trees, of which A is known by the
-    last substep alone, as at most m. Not for balls, whose contacts are few along one line.
+    The damper of a single contact belongs to its effective mass m. On any spring of force F that stores U a damper of 2
+    zeta F sqrt(M/(2 U)) gives a mass M the restitution of zeta: with y = sqrt(2 U/M), and a time in which y changes by
+    the velocity, that is the damped oscillator (Antypov & Elliott 2011 for Hertz's). A body that lands on several
+    points has the sum of their forces and of what they store; if each damper has the share of its own force, its factor
+    is sqrt(M U_i/(m U)). Such a body rebounds as its pair of materials says, flat or on an edge, however unequal its
+    contacts are and whenever they begin. U/M is at each contact what the body's point would be accelerated by if every
+    spring had U_i for its force. M is taken as at most the mass of both bodies without their turning, which forces from
+    opposite sides would exceed.
+
+    In trees, U/M over U_i is that of the forces, as the last substep had them, M at most m, and U at first `count` U_i.
+    Not for balls, whose contacts are few along one line.
     """
     t, n, arm_a, arm_b = c.touch, load(c.normal), load(c.arm_a), load(c.arm_b)
-    turns = (a.oriented != 0 and a.inverse_mass != 0.0) or (b.oriented != 0 and b.inverse_mass != 0.0)
-    loads = dot(sub(load_at(a, arm_a), load_at(b, arm_b)), n) if turns else 0.0
-    if is_rigid(a) and is_rigid(b):
-        own, opening = c.spring / t.mass, dot(sub(push_at(a, arm_a), push_at(b, arm_b)), n) - loads
-        least = t.mass * (a.inverse_mass + b.inverse_mass) / t.share  # of A m/P
+    if not is_turned(a) and not is_turned(b):
+        return 1.0
+    if is_rigid(a) and is_rigid(b):  # U_i is 0.4 times the force and the overlap, in all contacts alike
+        own = c.spring * t.overlap / t.mass
+        all_of_them = dot(sub(storing_at(a, arm_a, t.overlap), storing_at(b, arm_b, t.overlap)), n)
+        least = t.mass * (a.inverse_mass + b.inverse_mass) / t.share
     else:
-        own, opening, least = t.force / t.mass, -c.closing_acceleration - loads, 1.0
-    known = turns and own > 0.0 and (least < 1.0 or c.interval > 0.0)
-    return 1.0 / sqrt(min(max(opening / own, least), 1.0 * count)) if known else 1.0
+        own, least = t.force / t.mass, 1.0
+        all_of_them = -c.closing_acceleration - dot(sub(load_at(a, arm_a), load_at(b, arm_b)), n)
+    shares = all_of_them / own if own > 0.0 else 1.0 * count
+    return 1.0 / sqrt(min(max(shares, least), MOST))
 
 
 def closing_by_others(c, a, b):

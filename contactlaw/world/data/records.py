@@ -53,6 +53,7 @@ BODY = record(
     quaternion=("f8", (4,)),  # scalar first
     axes=MATRIX,  # the quaternion as a matrix: principal axes of inertia to world
     momentum=VECTOR,  # angular momentum about the centre of mass [N m s]; kept only if not isotropic
+    storing=VECTOR, storing_turn=VECTOR,  # what springs add to `push`, `twisting`, times overlaps [m]; no balls
     turning=VECTOR,  # angular acceleration [rad/s^2] in a tree; `acceleration` is that of its centre there
     # within a step
     active="i8",  # 1: it is near something (window), or a closed contact presses on it (sleep, implicit step)
