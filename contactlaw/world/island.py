@@ -13,7 +13,7 @@ from contactlaw.world.bodies.motion import acceleration_of, closing_at, drift, f
 from contactlaw.world.contacts import pace
 from contactlaw.world.contacts.force import TORSION_EVERY
 from contactlaw.world.contacts.leapfrog import clear_push, press_spring, push_by_coasting
-from contactlaw.world.contacts.substep import TOUCHING, advance, apply_force, kick_pair, measure, share_work
+from contactlaw.world.contacts.substep import TOUCHING, advance, apply_force, kick_pair, measure
 from contactlaw.world.contacts.touch import begin_contact, end_contact
 from contactlaw.world.data.access import body_at, coasting_at, contact_at, near_at
 from contactlaw.world.data.call import address, call_coast, call_start_coasting, ready
@@ -149,7 +149,7 @@ def take_substeps(w, root, listed, t, now, until):
         if p.closed != 0:
             a, b, c = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b), contact_at(w.contacts, p.slot)
             apply_force(c, a, b, 0.5 * h)
-            share_work(c, 0.5 * h, now > 0.0)
+            c.later = 0.5 * h
     coasting = 0  # contacts that coast; their pairs are not in the list
     since_review, going, closed = 0, True, 0
     joints, whole = False, True  # whole: the list is

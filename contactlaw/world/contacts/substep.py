@@ -160,19 +160,6 @@ def kick_pair(c, a, b, span):
     c.later = 0.5 * time if next_h > 0.0 and t.overlap > 0.0 else 0.0
     add_work(c, (time - c.later) / h, (t.force, t.f, t.g))
     apply_force(c, a, b, time)
-    if next_h == 0.0:
-        c.later = -time
-
-
-def share_work(c, time, follows):
-    """Share the work of a kick that the end of a window divides; time: of the part that begins the next window [s].
-
-    Half of the whole kick works at the speed before. follows: whether the window before was in this step, too.
-    """
-    ended = -c.later if follows and c.later < 0.0 else time
-    if ended != time:
-        add_work(c, 0.5 * (time - ended) / c.interval, (c.touch.force, c.touch.f, c.touch.g))
-    c.later = 0.5 * (time + ended)
 
 
 def add_work(c, share, pushed):

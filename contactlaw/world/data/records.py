@@ -161,8 +161,7 @@ CONTACT = record(
     moved=VECTOR,  # displacement of A over B along both tangents [m], and rotation about the normal [rad], last substep
     rolled=VECTOR,  # rotation of A over B about `axis` and across [rad], last substep; share of its moment kept
     spring="f8",  # force [N] of its spring where its bodies are
-    # [s] of its last kick that work at the speed since then, see `substep.kick_pair`; negative: all of it, that of the
-    later="f8",  # end of a window, see `substep.share_work`
+    later="f8",  # [s] of its last kick that work at the speed since then, see `substep.kick_pair`
     # rotation about the normal [rad] not yet given to the torsion; overlap [m] when it began, zero: none is pending
     pending_twist="f8", twist_overlap="f8",
     # displacement, as `moved`, while it coasted, not yet given to its law; overlap [m], zero: none, and friction [N] as
