@@ -22,10 +22,10 @@ from contactlaw.laws.record import OPEN
 from contactlaw.world.bodies.motion import load_at, spin_change, turning_of
 from contactlaw.world.data.access import body_at, coasting_at, pair_at, tree_at
 from contactlaw.world.data.materials import law_of
-from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, scale, store, sub
+from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub
 
 SHARE = 1.0 / 12.0  # of h^2 x''
-MOST = 1e6  # contacts whose dampers a contact shares with, at most: beyond, its own is next to nothing beside theirs
+MOST = 1e6  # of U over U_i: beyond, the damper of a contact is next to nothing beside those of others
 UNKNOWN = -1e300  # value of `CONTACT.neighbours` where the substep before has not found it
 AT_ONE = 1.0 / 12.0, 0.025485202  # -zeta(-p, 1) of elastic forces, linear and of Hertz
 # (zeta(-3/2, 1 + s) - zeta(-3/2))/s and zeta(-1/4, 1 + s) in powers of s on (0, 1], to 4e-5 and 1e-4
@@ -125,21 +125,27 @@ def damper_weight(c, a, b, count):
     spring had U_i for its force. M is taken as at most the mass of both bodies without their turning, which forces from
     opposite sides would exceed.
 
-    In trees, U/M over U_i is that of the forces, as the last substep had them, M at most m, and U at first `count` U_i.
-    Not for balls, whose contacts are few along one line.
+    What hardly presses would have next to no damper beside what presses hard, and rock for long under a load: U is
+    taken as at most `count` U_i, or as many as springs push harder than loads. In trees, U/M over U_i is that of the
+    forces, as the last substep had them, M at most m, and U at first `count` U_i. Not for balls, whose contacts are few
+    along one line.
     """
     t, n, arm_a, arm_b = c.touch, load(c.normal), load(c.arm_a), load(c.arm_b)
     if not is_turned(a) and not is_turned(b):
         return 1.0
+    loads = sub(load_at(a, arm_a), load_at(b, arm_b))
     if is_rigid(a) and is_rigid(b):  # U_i is 0.4 times the force and the overlap, in all contacts alike
         own = c.spring * t.overlap / t.mass
+        springs = dot(sub(sub(push_at(a, arm_a), push_at(b, arm_b)), loads), n)
         all_of_them = dot(sub(storing_at(a, arm_a, t.overlap), storing_at(b, arm_b, t.overlap)), n)
         least = t.mass * (a.inverse_mass + b.inverse_mass) / t.share
     else:
-        own, least = t.force / t.mass, 1.0
-        all_of_them = -c.closing_acceleration - dot(sub(load_at(a, arm_a), load_at(b, arm_b)), n)
-    shares = all_of_them / own if own > 0.0 else 1.0 * count
-    return 1.0 / sqrt(min(max(shares, least), MOST))
+        own, springs, least = t.force / t.mass, -c.closing_acceleration - dot(loads, n), 1.0
+        all_of_them = springs
+    most, still = 1.0 * count, norm(loads)
+    if springs > most * still:
+        most = min(springs / still, MOST)
+    return 1.0 / sqrt(min(max(all_of_them / own, least), most) if own > 0.0 else 1.0 * count)
 
 
 def closing_by_others(c, a, b):
