@@ -132,7 +132,11 @@ def advance(w, c, slot, span):
         if t.zeta > 0.0 and t.ratio > 1.0:
             single = leapfrog.single_end(inside, linear) / t.ratio
             end = leapfrog.damped_end(inside, linear) * (1.0 - 1.0 / t.ratio) + single
-        c.end_weight = (spacing * (1.0 + end) - 0.5 * (h + following)) / h
+        time, most = spacing * (1.0 + end), closing * t.mass * weight * weight
+        if time * (t.force - t.elastic) > most:  # by a damper alone bodies stop, and do not turn back
+            part, time = max(t.elastic, most / h) / t.force, h
+            t.force, t.f, t.g = part * t.force, part * t.f, part * t.g
+        c.end_weight = (time - 0.5 * (h + following)) / h
     if pressed < 0.0 and own > 0.0:  # the force has ended within the substep
         weight = leapfrog.single_end(max(pushed[0] / (pushed[0] - pressed), SUDDEN), True)
         store(c.force, in_frame(c, *pushed))  # at its present arms it would turn round bodies in its earlier direction
