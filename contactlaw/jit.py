@@ -18,13 +18,15 @@ from typing import Any, TypeVar
 
 import numba
 from llvmlite import ir
+from numba import types
 from numba.core import event
 from numba.core.ccallback import CFunc
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
-from numba.core.compiler_machinery import PassManager
+from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.registry import cpu_target
 from numba.core.sigutils import normalize_signature
+from numba.core.typed_passes import IRLegalization
 from numba.core.types import Dispatcher, unliteral
 
 from contactlaw.cache import REPORTED, Cache, report_no_cache
@@ -96,6 +98,30 @@ SKIPPED_PASSES = {
 expressions."""
 
 
+@register_pass(mutates_CFG=False, analysis_only=True)
+class _Legalization(IRLegalization):
+    """Marks the end of each variable's life, for counts of references, in functions that make or return arrays.
+
+    The others use arrays that somebody else keeps alive; counts would be a fifth of their code, and never be used.
+    """
+
+    _name = "legalization_where_counted"
+
+    def run_pass(self, state: Any) -> bool:
+        """Leave out counts of references where they serve nothing."""
+        made = any(isinstance(one, types.BoundFunction) or _home_of(one) == "numpy" for one in state.typemap.values())
+        returned = state.return_type, *getattr(state.return_type, "types", ())
+        if made or any(isinstance(one, types.Array) for one in returned):
+            return bool(super().run_pass(state))
+        state.targetctx = state.targetctx.subtarget(enable_nrt=False)
+        return False
+
+
+def _home_of(kind: Any) -> Any:
+    """Return the module of the function that a numba type stands for, if any."""
+    return getattr(getattr(kind, "typing_key", None), "__module__", None)
+
+
 class _WholeLibrary(JITCodeLibrary):
     """LLVM code of a C function, inlined into its wrapper: numba keeps both apart, and arguments are copied."""
 
@@ -125,10 +151,11 @@ class _CalleeCompiler(_WholeCompiler):
     library = _CalleeLibrary
 
     def define_pipelines(self) -> Any:
-        """Return numba's pipeline without `SKIPPED_PASSES`."""
+        """Return numba's pipeline without `SKIPPED_PASSES`, nor counts of references where they serve nothing."""
         (passes,) = super().define_pipelines()
         kept = PassManager(passes.pipeline_name)
-        kept.passes = [one for one in passes.passes if one[0].__name__ not in SKIPPED_PASSES]
+        own = [(_Legalization if one is IRLegalization else one, name) for one, name in passes.passes]
+        kept.passes = [(one, name) for one, name in own if one.__name__ not in SKIPPED_PASSES]
         kept.finalize()
         return [kept]
 
