@@ -135,6 +135,11 @@ whole_at: Any = _intrinsic_of(
 )
 """Return an element of an array of int64; arguments: address, index."""
 
+place_at: Any = _intrinsic_of(
+    types.uint64(types.uint64, types.int64), lambda _, b, __, values: b.load(b.gep(_pointer(b, values), [values[1]]))
+)
+"""`whole_at` of places that count from zero: as an index an unsigned one need not be looked at for its sign."""
+
 set_whole: Any = _intrinsic_of(types.none(types.uint64, types.int64, types.int64), _store_int64)
 """Write an element of an array of int64; arguments: address, index, value."""
 

@@ -89,6 +89,7 @@ AXIS = record(
     begins="i8",  # 0: second or third axis of a ball joint; all three turn with what carries the joint
     armature="f8",  # [kg] or [kg m^2], inertia of the joint itself
     inertia="f8", inverse="f8",  # its diagonal entry of the mass matrix; inverse pivot of the factor
+    root="f8",  # of that
     spin=VECTOR, velocity=VECTOR,  # Jacobian: spin of all it carries and its velocity at the origin, by unit speed
 )  # fmt: skip
 """A degree of freedom of a tree."""

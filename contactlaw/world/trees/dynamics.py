@@ -21,7 +21,7 @@ is not in them.
 from math import sqrt
 
 from contactlaw.jit import jit_module, jit_of_sums
-from contactlaw.memory import whole_at
+from contactlaw.memory import place_at, whole_at
 from contactlaw.world.data.access import axis_at, body_at, limit_at, link_at
 from contactlaw.world.data.vec import ZERO, add, cross, dot, load, scale, store, sub, to_world
 from contactlaw.world.trees.kinematics import add_multiple, displace, response_of, vector
@@ -170,11 +170,12 @@ def factorise(t):
     """Replace M by L below its diagonal, and set the inverse pivots."""
     m = vector(t.factor, (t.v_size, t.v_size))
     for k in range(t.v_size - 1, -1, -1):
-        axis = axis_at(t.axes, k)
+        axis, path = axis_at(t.axes, k), path_of(t, k)
         axis.inverse = 1.0 / m[k, axis.depth]
+        axis.root = sqrt(axis.inverse)
         for p in range(axis.depth - 1, -1, -1):
             part = m[k, p] * axis.inverse
-            add_multiple(m[whole_at(path_of(t, k), p)], -part, m[k], 0, p + 1)
+            add_multiple(m[place_at(path, p)], -part, m[k], 0, p + 1)
             m[k, p] = part
     for i in range(t.limited):
         limit_at(t.limits, i).mobility = 0.0
@@ -191,7 +192,7 @@ def solve_lt(t, x, k, every):
     while k >= 0:
         axis, path, own = axis_at(t.axes, k), path_of(t, k), x[k]
         for p in range(axis.depth if own != 0.0 else 0):
-            x[whole_at(path, p)] -= m[k, p] * own
+            x[place_at(path, p)] -= m[k, p] * own
         k = k - 1 if every else axis.parent
 
 
@@ -208,7 +209,7 @@ def sum_along(path, count, row, x):
     """Return the sum of products of the first entries of a row of L with the x of their axes, see `path_of`."""
     out = 0.0
     for p in range(count):
-        out += row[p] * x[whole_at(path, p)]
+        out += row[p] * x[place_at(path, p)]
     return out
 
 
@@ -241,7 +242,7 @@ def bound_decay(t):
             solve_lt(t, x, k, False)
             for p in range(count):
                 i = whole_at(path, p)
-                x[i] = abs(x[i]) * sqrt(axis_at(t.axes, i).inverse)
+                x[i] = abs(x[i]) * axis_at(t.axes, i).root
                 total += x[i]
             for p in range(count):
                 i = whole_at(path, p)

@@ -21,12 +21,10 @@ at the end of a stage. A limit that does not push resists changes by contacts on
 mass would drive what has been knocked off it, and moves away.
 """
 
-from math import sqrt
-
 from contactlaw.jit import jit_module, jit_of_sums
 from contactlaw.world.data.access import axis_at, limit_at
 from contactlaw.world.trees.dynamics import row_of, solve_ld, solve_lt
-from contactlaw.world.trees.kinematics import add_multiple, displace, vector
+from contactlaw.world.trees.kinematics import add_multiple, displace, entries, vector
 
 HELD = -1  # value of `LIMIT.reached`: dry friction of a tree that no contact has kicked in this step
 SWEEPS, SETTLED = 100, 1e-3  # at most; share of its impulse by which a row may be off after the last
@@ -47,7 +45,7 @@ def answer(t, i, z):
         solve_lt(t, y, limit.end - 1, limit.end > limit.first + 1)
         for k in range(limit.end):
             if y[k] != 0.0:
-                y[k] *= sqrt(axis_at(t.axes, k).inverse)
+                y[k] *= axis_at(t.axes, k).root
                 limit.mobility += y[k] * y[k]
     return product(y, z, 0, limit.end)
 
@@ -56,7 +54,7 @@ def answer(t, i, z):
 def product(x, y, start, end):
     """Return the product of the same part of two vectors."""
     out = 0.0
-    for k in range(start, end):
+    for k in entries(start, end):
         out += x[k] * y[k]
     return out
 
@@ -107,7 +105,7 @@ def find(t, change, time, ahead, kicks):
             break
     if active > 0:
         for k in range(n):
-            z[k] /= sqrt(axis_at(t.axes, k).inverse)
+            z[k] /= axis_at(t.axes, k).root
         solve_ld(t, z)
         add_multiple(change, 1.0, z, 0, n)
     for i in range(t.limited):
