@@ -25,7 +25,7 @@ from contactlaw.world.data.call import address, call_read, call_step, ready
 from contactlaw.world.data.checksum import as_float, mix
 from contactlaw.world.data.demand import READ as READ_STATE
 from contactlaw.world.data.demand import STEP
-from contactlaw.world.data.records import AGED, FRESH, LATE, RESIZED, UNLISTED, WIDE
+from contactlaw.world.data.records import AGED, CERTAIN, FRESH, LATE, RESIZED, UNLISTED, WIDE
 from contactlaw.world.data.vec import cross, load, scale, store
 from contactlaw.world.near.passing import follow, may_follow, part
 from contactlaw.world.sleep import is_at_rest
@@ -72,7 +72,9 @@ def move_world(head, w, state, again):
         return EDITED
     find_moves(head, w)
     if w.denied != 0:  # whether a tree passes must not depend on when, or how widely, pairs were listed
-        if not new:
+        if not new and w.denied == CERTAIN:
+            w.stale, w.brief = 1, 1
+        elif not new:
             find_moves_anew(head, w, 1)
         w.age = FRESH if w.age == AGED else w.age
     if w.denied == UNLISTED:

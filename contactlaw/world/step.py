@@ -181,7 +181,7 @@ def begin(w):
     for k in range(w.guard_count):
         g = guard_at(w.guards, k)
         g.plane_time, g.speed_time = -1.0, -1.0
-    exceeded = any_guard_exceeded(w, w.step, 0.0)
+    exceeded = w.stale == 0 and any_guard_exceeded(w, w.step, 0.0)
     begin_pairs(w)
     if w.stale != 0:
         window.list_anew(w, w.brief)

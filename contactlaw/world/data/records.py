@@ -24,7 +24,7 @@ MEASURED, BOUNDED = -3.0, -2.0  # values of `NEAR.checked` besides times: gap an
 # Values of `WORLD.twists`: in this substep torsion is put off, made up for, or advanced as in every one
 TWIST_LATER, TWIST_NOW, TWIST_ALWAYS = range(3)
 EDITED, RESIZED, AGED, FRESH, PUT = 1, 2, 1, 2, 2  # values of `WORLD.edited`; of `WORLD.age`; of `BODY.placed`
-LATE, UNLISTED, WIDE = 2, 3, 2  # values of `WORLD.denied`; of `WORLD.brief`
+LATE, UNLISTED, CERTAIN, WIDE = 2, 3, 4, 2  # values of `WORLD.denied`; of `WORLD.brief`
 COASTS = 2  # value of `NEAR.active`
 PAUSE_LIMIT = 8  # steps; a power of two
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; that of a parted contact is kept until the next step
@@ -299,7 +299,7 @@ WORLD = record(
     implicit="i8", solved="i8",  # counts since the start: implicit steps of islands, and factorisations for them
     kicks="i8", lists="i8",  # counts since the start: contact substeps, and lists of near pairs
     # 1: a tree that was asked does not pass, see `near.passing`, or only beside what moves; UNLISTED: it may have met
-    # what is not listed; LATE: found within the step
+    # what is not listed; CERTAIN: what it would meet does not depend on the list; LATE: found within the step
     denied="i8",
     deepest="f8",  # greatest overlap over the contact's radius since the start
     late="i8", latest="f8",  # contacts that were found overlapping when they closed, and the greatest such overlap [m]

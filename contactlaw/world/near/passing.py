@@ -23,7 +23,7 @@ from contactlaw.world.contacts.touch import release_if_put_deeper
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at, tree_at, world_at
 from contactlaw.world.data.kinds import BOX
 from contactlaw.world.data.quaternion import store4
-from contactlaw.world.data.records import BOUNDED, CLOSED, LATE, MEASURED, NEVER, UNLISTED
+from contactlaw.world.data.records import BOUNDED, CERTAIN, CLOSED, LATE, MEASURED, NEVER, UNLISTED
 from contactlaw.world.data.saved import restore_body, save_body
 from contactlaw.world.data.tree import ASKED, DENIED, PASSES
 from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, store, sub, to_body, to_world
@@ -149,7 +149,8 @@ def find_passing(world):
 
     world: address of the `records.WORLD`. Near pairs must have their gaps and closing speeds at the start of the step,
     see `find_pressed`.
-    Sets `denied` if the answer depends on the list of near pairs: UNLISTED if that holds too little.
+    Sets `denied` if the answer depends on the list of near pairs: UNLISTED if that holds too little; CERTAIN: it does
+    not, as none passes, and what keeps them from it overlaps at the end.
     """
     w, unlisted, asked = world_at(world, 0), False, False
     w.denied = 0
@@ -171,7 +172,7 @@ def find_passing(world):
         if g.separated == 0 and furthest > g.limit:
             unlisted = deny(w, body_at(w.bodies, g.body_a), g.body_a) or unlisted
             unlisted = deny(w, body_at(w.bodies, g.body_b), g.body_b) or unlisted
-    found, first = asked, True
+    found, first, certain = asked, True, True
     while found:
         found = False
         for k in range(w.nears):
@@ -179,8 +180,10 @@ def find_passing(world):
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             known = end_is_known(w, a, p.body_a) and end_is_known(w, b, p.body_b)
             if not known or (first and (may_pass(a) or may_pass(b)) and may_have_touched(w, p, a, b)):
-                found = deny(w, a, p.body_a) or found
-                found = deny(w, b, p.body_b) or found
+                news = deny(w, a, p.body_a)
+                news = deny(w, b, p.body_b) or news
+                certain = certain and not (news and not (known and p.checked == MEASURED and p.gap < 0.0))
+                found = found or news
         first = False
     passing, sure = False, True
     for i in range(w.body_count):
@@ -189,7 +192,8 @@ def find_passing(world):
         if may_pass(b):
             tree_at(b.tree, 0).passes = PASSES
             passing = True
-    w.denied = UNLISTED if unlisted else max(w.denied, 1 if passing and not sure else 0)
+    if w.denied != 0 or (passing and not sure):
+        w.denied = UNLISTED if unlisted else CERTAIN if certain and not passing else 1
 
 
 def deny_late(w, left):
