@@ -347,7 +347,7 @@ def read_row(head, j, t, values, columns, factored):
             k = whole_at(head.places, column)
             x[k] = values[i]
             last, left = max(last, k), left + 1
-    k = last
+    k = last if factored else -1
     while k >= 0:
         left -= 1 if x[k] != 0.0 else 0
         k = axis_at(t.axes, k).parent
