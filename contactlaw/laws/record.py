@@ -46,7 +46,7 @@ CONTACT = np.dtype((np.record, record(
     "reach",  # greatest overlap foreseen at the touch [m]
     "scale",  # for the law's own use; span of the nodes [m] in `microslip`
     "slid_limit",  # `microslip`: mu E* [Pa] at the last step of a slide, as mu may change
-    "share",  # part of the stiffness and mass between its shapes that it has, see `pace.share_of`
+    "share",  # part of the stiffness and mass between its shapes that it has, see `meeting.share_of`
     "mass", "tangential_mass",  # effective masses at the touch [kg]; infinite if the motion is prescribed
     "stiffness",  # k of P = k delta^1.5 [N/m^1.5], or of a linear spring [N/m]
     "e_star", "g_star", "radius",  # effective moduli [Pa] and effective radius [m]

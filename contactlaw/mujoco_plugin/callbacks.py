@@ -308,7 +308,7 @@ def compute(m, d, instance, capability):
             call_sense(head.sense, head.address, 0)
         return
     if (head.newest == 0 or not goes_on(head)) and is_edited(head):
-        send_report(head, notices.EDITED, 0.0, -1, -1)
+        send_report(head, notices.EDITED, 0.0)
         head = head_of(m, d, instance)
     head.newest = (head.newest + 1) % STARTS
     save_state(head, last_state(head))
@@ -334,7 +334,7 @@ def advance(m, d, instance):
         return
     done = step_world(head)
     if done == EDITED:
-        send_report(head, notices.EDITED, 0.0, -1, -1)
+        send_report(head, notices.EDITED, 0.0)
         head = head_of(m, d, instance)
         done = step_world(head)
     if done != REPEATED:

@@ -73,20 +73,15 @@ def forget_reports(address: int) -> None:
         codes[:] = 0
 
 
-def report_once(head, code, value):
-    """Report something of the model as a whole, unless it has been reported."""
-    report_if_new(head, 0, code, value, -1, -1)
-
-
-def report_if_new(head, instance, code, value, a, b):
-    """Report a code about two geoms of an instance, unless it has been reported of the instance."""
+def report_once(head, code, value, instance=0, a=-1, b=-1):
+    """Report a code and a value of two geoms of an instance, or of the model, unless the instance has that reported."""
     said = whole_at(head.reported, instance)
     if said & code == 0 and not error_pending(world_at(head.world, 0).demand):
         set_whole(head.reported, instance, said | code)
         send_report(head, code, value, a, b)
 
 
-def send_report(head, code, value, a, b):
+def send_report(head, code, value, a=-1, b=-1):
     """Call Python with a code, a value, and the geoms that it is about; -1: the model as a whole."""
     table = world_at(head.world, 0).demand
     call_report(head.report, head.address, code, value, a, b)
@@ -102,11 +97,11 @@ def report_contacts(head, w):
             bits, a, b = doubts_of(w, c), whole_at(head.geoms, c.shape_a), whole_at(head.geoms, c.shape_b)
             for bit in DOUBTS:
                 if bits & bit != 0:
-                    report_if_new(head, c.pair, bit, doubt_value(c, bit), a, b)
+                    report_once(head, bit, doubt_value(c, bit), c.pair, a, b)
     if w.lost > 0:
         report_once(head, FULL, float(w.contact_room))
     if w.left_out > 0:
-        report_if_new(head, 0, LEFT_OUT, float(w.near_room), whole_at(head.geoms, w.left_out - 1), -1)
+        report_once(head, LEFT_OUT, float(w.near_room), 0, whole_at(head.geoms, w.left_out - 1))
     w.lost, w.left_out = 0, 0
 
 

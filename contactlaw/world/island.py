@@ -13,6 +13,7 @@ from contactlaw.world.bodies.motion import acceleration_of, closing_at, drift, f
 from contactlaw.world.contacts import pace
 from contactlaw.world.contacts.force import TORSION_EVERY
 from contactlaw.world.contacts.leapfrog import clear_push, press_spring, push_by_coasting
+from contactlaw.world.contacts.meeting import radius_of
 from contactlaw.world.contacts.substep import TOUCHING, advance, apply_force, kick_pair, measure
 from contactlaw.world.contacts.touch import begin_contact, end_contact
 from contactlaw.world.data.access import body_at, coasting_at, contact_at, near_at
@@ -96,7 +97,7 @@ def fly_to_touch(w, bodies, pairs, t, now, until):
                 if (p.toi <= t + soon or (number == 0 and (new or p.toi < until))) and p.checked != t:
                     predict(w, p, t)
                 first = min(first, p.toi)
-                touches = p.toi <= t + soon and p.gap <= TOUCHING * pace.radius_of(w, p, a, b)
+                touches = p.toi <= t + soon and p.gap <= TOUCHING * radius_of(w, p, a, b)
                 if touches and begin_contact(w, k, -p.gap):
                     closed = True
                 if p.toi < until:  # the others stay apart in this flight

@@ -1,14 +1,19 @@
-"""Where the shapes of a closed contact meet, which know their last overlap and normal."""
+"""Where the shapes of a contact meet, which know their last overlap and normal, and its radius and axes there."""
 
-from contactlaw.jit import jit, jit_inline
-from contactlaw.world.data.access import contact_at, near_address, near_at, shape_at
+from math import copysign, exp, sqrt
+
+from contactlaw.jit import jit_inline, jit_module
+from contactlaw.world.bodies.motion import max_inverse_inertia
+from contactlaw.world.data.access import contact_at, near_address, near_at, pair_at, shape_at
 from contactlaw.world.data.call import ask_separation
-from contactlaw.world.data.kinds import BOX, EDGE, ELLIPSOID, SEGMENT
+from contactlaw.world.data.kinds import BOX, DISC, EDGE, ELLIPSOID, PLANE, SEGMENT
+from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.quaternion import rotate
 from contactlaw.world.data.records import NEVER
-from contactlaw.world.data.vec import add, dot, load, norm, sub
+from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, store, sub
 from contactlaw.world.shapes import geometry
 from contactlaw.world.shapes.core import clip, set_back
+from contactlaw.world.shapes.curvature import effective_radius, equivalent_radius, has_known_radius
 
 SAME = 1e-3  # of the radius of shape A, up to which two places on a height field are one
 
@@ -25,7 +30,6 @@ def meet_closed(w, c, a, b):
     return meet_sunk(c, sa, a, sb, b, found)
 
 
-@jit
 def place_along(c, sa, a):
     """Return where a contact was last along a segment or an edge A, -1 to 1 from end to end; of other shapes zero."""
     if sa.kind != SEGMENT and sa.kind != EDGE:
@@ -34,7 +38,6 @@ def place_along(c, sa, a):
     return clip(dot(sub(load(c.arm_a), geometry.centre(sa, a)), u) / dot(u, u))
 
 
-@jit
 def meet_sunk(c, sa, a, sb, b, found):
     """Return `geometry.meet` where cores may overlap; found: what it gives now.
 
@@ -63,7 +66,6 @@ def meet_sunk(c, sa, a, sb, b, found):
     return deeper, held, lowest, add(lowest, sub(load(a.position), load(b.position)))
 
 
-@jit
 def meet_apart(w, p, a, b):
     """Return `geometry.meet_place` of a closed contact; without overlap if an earlier pair has the same place.
 
@@ -77,3 +79,62 @@ def meet_apart(w, p, a, b):
         if earlier and norm(sub(arm_a, load(contact_at(w.contacts, q.slot).arm_a))) < SAME * radius:
             overlap = min(overlap, -geometry.LOST * radius)
     return overlap, n, arm_a, arm_b
+
+
+def radius_of(w, p, a, b):
+    """Return R [m] of a near pair where its bodies are."""
+    n, arm_a, arm_b, given = ZERO, ZERO, ZERO, pair_at(w.pairs, p.pair).radius > 0.0
+    if not (given or has_known_radius(shape_at(w.shapes, p.a), shape_at(w.shapes, p.b))):
+        _, n, arm_a, arm_b = geometry.meet_near(w, p, a, b)
+    return radius_where(w, p, a, b, n, arm_a, arm_b)[0]
+
+
+def radius_where(w, p, a, b, n, arm_a, arm_b):
+    """Return R [m] of a near pair where it meets, and the longer axis, see `curvature.effective_radius`.
+
+    Contacts of a given radius are circular.
+    """
+    own = pair_at(w.pairs, p.pair).radius
+    if own > 0.0:
+        return own, (0.0, 0.0, 0.0)
+    return effective_radius(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b, n, arm_a, arm_b)
+
+
+def longer_axis(c, way):
+    """Return the direction across the normal of a vector of `radius_where`, as it was; its tangent if that is zero."""
+    n, e = load(c.normal), load(c.tangent)
+    across = axpy(-dot(way, n), n, way)
+    size = norm(across)
+    return scale(copysign(1.0 / size, dot(across, load(c.axis))), across) if size > 0.0 else e
+
+
+def update_ellipse(w, c, a, b):
+    """Set the longer axis of a contact where its bodies are, and the radii of rolling across and along the ellipse.
+
+    It turns with the places that touch: a coin may wobble round its rim that hardly spins. The radii R [m] are at most
+    such that mu_r R <= sqrt(I/m), I: least moment of inertia. The spring k_r then oscillates at most 1.5 times as fast
+    as the normal one, which substeps resolve. Where flat sides touch, R may be metres, far more than the bodies' size.
+    """
+    n, arm_a, arm_b = load(c.normal), load(c.arm_a), load(c.arm_b)
+    radius, way = radius_where(w, near_at(w.near, c.near), a, b, n, arm_a, arm_b)
+    store(c.axis, longer_axis(c, way))
+    mobility = max_inverse_inertia(a) + max_inverse_inertia(b)
+    most = 1.0 / (law_of(w, pair_at(w.pairs, c.pair)).rolling * sqrt(c.touch.mass * mobility) + 1e-300)
+    root, oblong = 1.0, norm(way)  # of q/p
+    if oblong > 0.0:
+        root = exp(0.5 * oblong)
+        radius /= equivalent_radius(1.0 / root, root)
+    c.radii[0], c.radii[1] = min(radius / root, most), min(radius * root, most)
+
+
+def share_of(t, sa, sb):
+    """Return the share of a contact's stiffness and mass that shape A carries of it.
+
+    Where edges or rims of two cores cross, each of both meets the other core, at one point. One that lies on a face,
+    where its crown makes the radius larger than its own, does not.
+    """
+    crossed = (sa.kind == EDGE or sa.kind == DISC) and BOX <= sb.kind < PLANE and t.radius <= max(sa.radius, sb.radius)
+    return 0.5 if crossed else 1.0
+
+
+jit_module(__name__)

@@ -1,27 +1,19 @@
-"""Time scales of contacts: durations of impacts, lengths of substeps, effective masses; radii of rolling."""
+"""Time scales of contacts: durations of impacts, lengths of substeps, effective masses."""
 
-from math import copysign, exp, sqrt
+from math import sqrt
 
 from contactlaw.jit import jit_module
 from contactlaw.laws.hertz import greatest_overlap, hertz_stiffness
 from contactlaw.laws.record import LASTING
 from contactlaw.laws.slip import stuck_stiffness
-from contactlaw.world.bodies.motion import (
-    acceleration_at,
-    closing_at,
-    max_inverse_inertia,
-    mobility_between,
-    swing,
-    velocity_at,
-)
+from contactlaw.world.bodies.motion import acceleration_at, closing_at, mobility_between, swing, velocity_at
 from contactlaw.world.contacts.force import is_quasi_static
-from contactlaw.world.data.access import body_at, contact_at, near_at, pair_at, shape_at, tree_at
-from contactlaw.world.data.kinds import BOX, DISC, EDGE, ELLIPSOID, PLANE
+from contactlaw.world.contacts.meeting import radius_where
+from contactlaw.world.data.access import body_at, contact_at, pair_at, shape_at, tree_at
+from contactlaw.world.data.kinds import ELLIPSOID
 from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.records import NEVER
-from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub
-from contactlaw.world.shapes.curvature import effective_radius, equivalent_radius, has_known_radius
-from contactlaw.world.shapes.geometry import meet_near
+from contactlaw.world.data.vec import add, cross, dot, load, norm, scale, sub
 from contactlaw.world.trees.motion import longest_turn
 
 FEWER = 4.0  # by which the substeps of a quasi-static contact are divided
@@ -53,62 +45,6 @@ def impact_duration(k, duration, mass, overlap, closing, push):
     if square == 0.0:
         return NEVER
     return duration * (1.25 * mass * square / k) ** 0.4 / sqrt(square)
-
-
-def radius_of(w, p, a, b):
-    """Return R [m] of a near pair where its bodies are."""
-    n, arm_a, arm_b, given = ZERO, ZERO, ZERO, pair_at(w.pairs, p.pair).radius > 0.0
-    if not (given or has_known_radius(shape_at(w.shapes, p.a), shape_at(w.shapes, p.b))):
-        _, n, arm_a, arm_b = meet_near(w, p, a, b)
-    return radius_where(w, p, a, b, n, arm_a, arm_b)[0]
-
-
-def radius_where(w, p, a, b, n, arm_a, arm_b):
-    """Return R [m] of a near pair where it meets, and the longer axis, see `curvature.effective_radius`.
-
-    Contacts of a given radius are circular.
-    """
-    own = pair_at(w.pairs, p.pair).radius
-    if own > 0.0:
-        return own, (0.0, 0.0, 0.0)
-    return effective_radius(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b, n, arm_a, arm_b)
-
-
-def longer_axis(c, way):
-    """Return the direction across the normal of a vector of `radius_where`, as it was; its tangent if that is zero."""
-    n, e = load(c.normal), load(c.tangent)
-    across = axpy(-dot(way, n), n, way)
-    size = norm(across)
-    return scale(copysign(1.0 / size, dot(across, load(c.axis))), across) if size > 0.0 else e
-
-
-def update_ellipse(w, c, a, b):
-    """Set the longer axis of a contact where its bodies are, and the radii of rolling across and along the ellipse.
-
-    It turns with the places that touch: a coin may wobble round its rim that hardly spins. The radii R [m] are at most
-    such that mu_r R <= sqrt(I/m), I: least moment of inertia. The spring k_r then oscillates at most 1.5 times as fast
-    as the normal one, which substeps resolve. Where flat sides touch, R may be metres, far more than the bodies' size.
-    """
-    n, arm_a, arm_b = load(c.normal), load(c.arm_a), load(c.arm_b)
-    radius, way = radius_where(w, near_at(w.near, c.near), a, b, n, arm_a, arm_b)
-    store(c.axis, longer_axis(c, way))
-    mobility = max_inverse_inertia(a) + max_inverse_inertia(b)
-    most = 1.0 / (law_of(w, pair_at(w.pairs, c.pair)).rolling * sqrt(c.touch.mass * mobility) + 1e-300)
-    root, oblong = 1.0, norm(way)  # of q/p
-    if oblong > 0.0:
-        root = exp(0.5 * oblong)
-        radius /= equivalent_radius(1.0 / root, root)
-    c.radii[0], c.radii[1] = min(radius / root, most), min(radius * root, most)
-
-
-def share_of(t, sa, sb):
-    """Return the share of a contact's stiffness and mass that shape A carries of it.
-
-    Where edges or rims of two cores cross, each of both meets the other core, at one point. One that lies on a face,
-    where its crown makes the radius larger than its own, does not.
-    """
-    crossed = (sa.kind == EDGE or sa.kind == DISC) and BOX <= sb.kind < PLANE and t.radius <= max(sa.radius, sb.radius)
-    return 0.5 if crossed else 1.0
 
 
 def touch_duration(w, p, a, b, met, measured=True):

@@ -3,8 +3,8 @@
 from contactlaw.jit import jit_inline, jit_module
 from contactlaw.world.bodies.motion import kick, moved_at
 from contactlaw.world.contacts import force, leapfrog
-from contactlaw.world.contacts.meeting import meet_closed
-from contactlaw.world.contacts.pace import MASS_TURN, update_ellipse, update_masses
+from contactlaw.world.contacts.meeting import meet_closed, update_ellipse
+from contactlaw.world.contacts.pace import MASS_TURN, update_masses
 from contactlaw.world.data.access import body_at, near_at, pair_at
 from contactlaw.world.data.call import address, call_roll, ready
 from contactlaw.world.data.demand import ROLL

@@ -10,7 +10,8 @@ from contactlaw.memory import set_whole, whole_at
 from contactlaw.pair import DEEPEST
 from contactlaw.world.bodies.motion import JUMP, velocity_at
 from contactlaw.world.contacts import force
-from contactlaw.world.contacts.pace import longer_axis, radius_where, share_of, update_masses
+from contactlaw.world.contacts.meeting import longer_axis, radius_where, share_of
+from contactlaw.world.contacts.pace import update_masses
 from contactlaw.world.contacts.substep import TOUCHING, force_of, is_placed, turn_frame
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, pair_at, shape_at
 from contactlaw.world.data.materials import friction_of, law_of, memory_of, speed_numbers

@@ -173,7 +173,7 @@ CONTACT = record(
     closing_acceleration="f8",  # mean closing acceleration over it [m/s^2]
     end_weight="f8",  # additional weight of the force at the ends of an impact, in substeps, see `contacts.leapfrog`
     normal=VECTOR, tangent=VECTOR, arm_a=VECTOR, arm_b=VECTOR,
-    axis=VECTOR, radii=("f8", (2,)),  # for rolling resistance, see `pace.update_ellipse`
+    axis=VECTOR, radii=("f8", (2,)),  # for rolling resistance, see `meeting.update_ellipse`
     force=VECTOR,  # force on A [N]
     # ledger, since the touch
     impulse=VECTOR, earlier=VECTOR,  # impulse on A [N s]; its value at the start of the step

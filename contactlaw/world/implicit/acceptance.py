@@ -8,7 +8,8 @@ from contactlaw.memory import whole_at
 from contactlaw.world.bodies.bounds import time_to_close
 from contactlaw.world.bodies.motion import velocity_at
 from contactlaw.world.contacts import force
-from contactlaw.world.contacts.pace import closing_speed, radius_of, resting_duration, stays_closed
+from contactlaw.world.contacts.meeting import radius_of
+from contactlaw.world.contacts.pace import closing_speed, resting_duration, stays_closed
 from contactlaw.world.contacts.substep import TOUCHING
 from contactlaw.world.data.access import body_at, contact_at, near_at, pair_at, row_at, shape_at, tree_at
 from contactlaw.world.data.kinds import DISC, SEGMENT, SIDE

@@ -15,12 +15,14 @@ one counts the motion.
 from math import sqrt
 
 from contactlaw.jit import jit_module
+from contactlaw.pair import DEEPEST
 from contactlaw.world.bodies.bounds import closing_along, relative_speed, spin_bound
 from contactlaw.world.bodies.motion import change_bound, greatest_closing
-from contactlaw.world.data.access import body_at, guard_at, shape_at
+from contactlaw.world.data.access import axis_at, body_at, guard_at, joint_at, link_at, shape_at, tree_at
 from contactlaw.world.data.call import ask_separation
 from contactlaw.world.data.kinds import BOX, CYLINDER, EDGE, PLANE
 from contactlaw.world.data.records import NEVER
+from contactlaw.world.data.tree import HINGE
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, store, sub, to_body, to_world
 from contactlaw.world.shapes.geometry import centre, half_axis, meet_near
 
@@ -141,6 +143,29 @@ def separate(w, i, j, n, far=NEVER):
     far, a, b = far + radius_a + radius_b, body_at(w.bodies, sa.body), body_at(w.bodies, sb.body)
     n, low, high, _ = ask_separation(sa.separation, sa, a, sb, b, n, far)
     return n, low - radius_a, high + radius_b
+
+
+def hinge_separates(w, i, j):
+    """Return whether two shapes can never meet, as a plane across the only hinge between their bodies separates them.
+
+    Hinge and plane are fixed to both bodies, so that the height of each point over the plane is constant. So is the
+    overlap of two flanges that lie on each other: no motion has made it, and it presses on nothing.
+    """
+    sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
+    least, a, b = -DEEPEST * min(sa.radius, sb.radius), sa.body, sb.body
+    for one, other in ((a, b), (b, a)):
+        own = body_at(w.bodies, one)
+        if own.tree == 0:
+            continue
+        t = tree_at(own.tree, 0)
+        link = link_at(t.links, own.member)
+        before = t.first + link.parent if link.parent >= 0 else t.hangs_on
+        if before == other and link.joints == 1 and joint_at(t.joints, link.first_joint).kind == HINGE:
+            n = load(axis_at(t.axes, link.first_axis).spin)
+            _, bottom, top = separate(w, i, j, scale(-1.0, n))
+            _, low, high = separate(w, i, j, n)
+            return max(low - high, bottom - top) > least and sb.kind < PLANE
+    return False
 
 
 def meet_half_space(w, p, a, b):

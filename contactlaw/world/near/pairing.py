@@ -6,25 +6,12 @@ all parts of a shape lie behind its plane. So one product excludes most of the h
 
 from contactlaw.jit import jit_module
 from contactlaw.memory import whole_at
-from contactlaw.pair import DEEPEST
 from contactlaw.world.contacts.meeting import place_along
-from contactlaw.world.data.access import (
-    axis_at,
-    body_at,
-    contact_at,
-    guard_at,
-    joint_at,
-    link_at,
-    near_at,
-    pair_at,
-    shape_at,
-    tree_at,
-)
+from contactlaw.world.data.access import body_at, contact_at, guard_at, link_at, near_at, pair_at, shape_at, tree_at
 from contactlaw.world.data.kinds import BOX, CORNER, EDGE, HEIGHT_FIELD, MEETS, PLANE, SEGMENT, SIDE, SPHERE, TANGENT
 from contactlaw.world.data.records import CLOSED, NEVER, WIDE
-from contactlaw.world.data.tree import HINGE
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body
-from contactlaw.world.near.guards import SLACK, lead_of, new_guard, separate
+from contactlaw.world.near.guards import SLACK, hinge_separates, lead_of, new_guard, separate
 from contactlaw.world.shapes import geometry
 from contactlaw.world.shapes.core import clip, local
 from contactlaw.world.trees.kinematics import is_free
@@ -161,29 +148,6 @@ def slot_of(w, i, j):
     while slot >= 0 and contact_at(w.contacts, slot).shape_b != j:
         slot = contact_at(w.contacts, slot).link
     return slot
-
-
-def hinge_separates(w, i, j):
-    """Return whether two shapes can never meet, as a plane across the only hinge between their bodies separates them.
-
-    Hinge and plane are fixed to both bodies, so that the height of each point over the plane is constant. So is the
-    overlap of two flanges that lie on each other: no motion has made it, and it presses on nothing.
-    """
-    sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
-    least, a, b = -DEEPEST * min(sa.radius, sb.radius), sa.body, sb.body
-    for one, other in ((a, b), (b, a)):
-        own = body_at(w.bodies, one)
-        if own.tree == 0:
-            continue
-        t = tree_at(own.tree, 0)
-        link = link_at(t.links, own.member)
-        before = t.first + link.parent if link.parent >= 0 else t.hangs_on
-        if before == other and link.joints == 1 and joint_at(t.joints, link.first_joint).kind == HINGE:
-            n = load(axis_at(t.axes, link.first_axis).spin)
-            _, bottom, top = separate(w, i, j, scale(-1.0, n))
-            _, low, high = separate(w, i, j, n)
-            return max(low - high, bottom - top) > least and sb.kind < PLANE
-    return False
 
 
 def list_parts(w, shapes, n, top, listing):

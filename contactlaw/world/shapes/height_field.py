@@ -23,20 +23,11 @@ from contactlaw.world.data.access import field_at
 from contactlaw.world.data.kinds import DISC, ELLIPSOID, SEGMENT
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
+from contactlaw.world.shapes import field_surface
 from contactlaw.world.shapes.core import clip, local, next_place, set_back
 from contactlaw.world.shapes.disc import line_of, lowest_over_plane
 from contactlaw.world.shapes.ellipsoid import facing
-from contactlaw.world.shapes.field_surface import (
-    NEWTON,
-    SAMPLES,
-    curvatures,
-    descend,
-    distance,
-    is_outside,
-    normal,
-    start,
-    surface,
-)
+from contactlaw.world.shapes.field_surface import curvatures, descend, distance, is_outside, normal, start, surface
 from contactlaw.world.shapes.geometry import FOLLOW, LOST, NEAREST, bounding_radius, centre
 
 ALIGNED = 1e-12  # of a line's half length or a shape's size, to which a place is found
@@ -106,7 +97,7 @@ def touching_ball(c, pair):
     valleys = field_at(sb.points, 0).valley * length > 1.0  # narrower than the shape, in which it has several places
     x, y = deepest_start(c, pair, length) if valleys else descend(sb, c, start(sb, c))
     off, way, radius, p = offset(x, y, c, pair)
-    for _ in range(NEWTON):
+    for _ in range(field_surface.NEWTON):
         square = off[0] * off[0] + off[1] * off[1]
         if square <= (ALIGNED * length) ** 2:
             break
@@ -195,7 +186,7 @@ def net(x, radius, half, count):
     """
     density = (count - 1.0) / half
     density *= max(ceil(FINE / (density * radius)), 1.0)
-    width = (1.0 + floor(2.0 * radius * density / SAMPLES)) / density
+    width = (1.0 + floor(2.0 * radius * density / field_surface.SAMPLES)) / density
     first = floor((x - radius + half) * density) / density - half
     return first, width, int((x + radius - first) / width) + 2
 
@@ -269,7 +260,7 @@ def lowest_on_line(s, sa, line, at, wide, foot):
     c, u = line
     ends, first = (at - wide, at + wide), at
     far, n, (x, y) = 0.0, ZERO, foot
-    for _ in range(NEWTON):
+    for _ in range(field_surface.NEWTON):
         p = axpy(at, u, c)
         x, y = descend(s, p, (x, y))
         far, n = distance(s, p, x, y)
@@ -286,7 +277,7 @@ def other_place(s, sa, line, radius, others):
     (c, u), (held, places, normals) = line, others
     field = field_at(s.points, 0)
     density = 0.5 * max((field.columns - 1) / s.half[0], (field.rows - 1) / s.half[1])
-    count = min(int(2.0 * SAMPLES_A_CELL * density * norm(u)) + 2, SAMPLES)
+    count = min(int(2.0 * SAMPLES_A_CELL * density * norm(u)) + 2, field_surface.SAMPLES)
     wide, place, found = 3.0 / count, places[0], False
     if held == FOLLOW:
         p = axpy(-radius, normals[0], axpy(place, u, c))
