@@ -19,12 +19,11 @@ from types import ModuleType
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import checks
 from contactlaw.jit import jit_inline, jit_of_sums
 from contactlaw.laws import microslip_line, whole_impacts
-from contactlaw.laws.base import MOST_VECTORS, Impacts, Law
+from contactlaw.laws.base import MOST_VECTORS, Array, Impacts, Law
 from contactlaw.laws.ellipse import force_on_ellipse
 from contactlaw.laws.nodes import follow, levers, step_of
 from contactlaw.laws.record import LASTING, OPEN, SLIDING, SPRUNG, UNSHEARED, record_of
@@ -77,7 +76,7 @@ class Microslip(Law):
         """Return the law with its own number of nodes, else the suggested, else the default."""
         return replace(self, node_count=self.node_count or suggested or self.nodes)
 
-    def numbers(self) -> NDArray[Any]:
+    def numbers(self) -> Array:
         """Return the positions of the nodes on [0, 1], their squares, and their weights."""
         x, w = half_line_nodes(self.memory)
         return record_of(x=x, x2=x * x, w=w)
@@ -146,7 +145,7 @@ class Microslip(Law):
 
 
 @lru_cache(maxsize=64)
-def half_line_nodes(count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def half_line_nodes(count: int) -> tuple[Array, Array]:
     """Gauss-Legendre abscissae and weights on [0, 1]."""
     x, w = np.polynomial.legendre.leggauss(count)
     return 0.5 * (x + 1.0), 0.5 * w

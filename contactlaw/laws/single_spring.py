@@ -1,12 +1,10 @@
 """One tangential spring for the whole contact with a Coulomb limit: shared by linear_spring and both mindlin laws."""
 
 from math import sqrt
-from typing import Any, ClassVar
-
-from numpy.typing import NDArray
+from typing import ClassVar
 
 from contactlaw.jit import jit
-from contactlaw.laws.base import Impacts, Law
+from contactlaw.laws.base import Array, Impacts, Law
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import SLIDING, SPRUNG, record_of
 from contactlaw.laws.slip import carried, held, slides_on, sliding_direction, stuck_stiffness
@@ -34,7 +32,7 @@ class SingleSpring(Law):
     rescaled: ClassVar[bool] = False
     stiffness = staticmethod(stiffness_of)
 
-    def numbers(self) -> NDArray[Any]:
+    def numbers(self) -> Array:
         """Return `linear` and `rescaled`."""
         return record_of(linear=self.linear, rescaled=self.rescaled)
 

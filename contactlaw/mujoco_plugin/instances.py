@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from contactlaw.mujoco_plugin import config, layout
 from contactlaw.mujoco_plugin.geoms import MAX_NAMES, Bits, Shape, first_of, native_margin, touch, type_of
+from contactlaw.world.data.tree import FREE_JOINT
 from contactlaw.world.near.sets import Sets, groups
 
-FREE = int(mujoco.mjtJoint.mjJNT_FREE)
 NO_CONSTRAINT = int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
 FILTER_PARENT = int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
 _GEOM, _BODY, _TREE = (int(getattr(mujoco.mjtObj, f"mjOBJ_{name}")) for name in ("GEOM", "BODY", "XBODY"))
@@ -200,7 +200,7 @@ def skip_constraints(model: mujoco.MjModel) -> bool:
     `geom_contype` or `geom_conaffinity` is edited to let the engine make contacts again.
     """
     view = layout.view_of(model)
-    bound = view.neq or view.ntendon or view.nflex or (view.jnt_type != FREE).any() or view.dof_frictionloss.any()
+    bound = view.neq or view.ntendon or view.nflex or (view.jnt_type != FREE_JOINT).any() or view.dof_frictionloss.any()
     if contact_instances(view) and not bound and not _makes_contacts(view):
         model.opt.disableflags |= NO_CONSTRAINT
     return bool(model.opt.disableflags & NO_CONSTRAINT)

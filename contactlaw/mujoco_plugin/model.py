@@ -9,7 +9,6 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw.mujoco_plugin import layout, sensors, trees
 from contactlaw.mujoco_plugin.block import FREE, JOINTED, MOCAP, MOVED, PUSH, SENSOR, SPRING, STARTS, build
@@ -21,13 +20,12 @@ from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.data.demand import STEP, supply
 from contactlaw.world.data.frames import IDENTITY, UNTURNED, Pose
 from contactlaw.world.data.kinds import EDGE
-from contactlaw.world.data.records import Arrays
+from contactlaw.world.data.records import Array, Arrays
 from contactlaw.world.data.tree import FREE_JOINT
 from contactlaw.world.near.sets import systems_of
 from contactlaw.world.state import size as state_size
 from contactlaw.world.trees.tree_records import TreeRecords
 
-Array = NDArray[np.float64]
 # Contacts that plugin_state has room for, for each geom: those that last from one step to the next. Equal balls have
 # about three contacts a ball in the densest heap
 LASTING = {"sphere": 4, "ellipsoid": 4, "capsule": 4, "box": 8, "cylinder": 8, "mesh": 12}
@@ -62,7 +60,7 @@ class Model:
         self._trees: list[dict[str, Any]] = []
         self._place_of_v = np.full((2, view.nv), -1)  # of each velocity its place in its tree, and the tree's number
         self._spring_rows: list[dict[str, Any]] = []
-        self._places: list[NDArray[np.int64]] = []  # of the coordinates and the velocities of each tree
+        self._places: list[Array] = []  # of the coordinates and the velocities of each tree
         self._frees: list[dict[str, Any]] = []
         self._mocaps: list[dict[str, Any]] = []
         self._add_bodies()
@@ -208,14 +206,14 @@ class Model:
             self._world.arrays.trees["hangs_on"][tree["tree"]] = self._rows.get(base, -1) + 1
 
     @cached_property
-    def _roots(self) -> NDArray[np.int64]:
+    def _roots(self) -> Array:
         """First body of the kinematic tree of each body; zero if it is in none."""
         first = dict[int, int]()
         trees = enumerate(self._m.body_treeid.tolist())
         return np.array([first.setdefault(tree, body) if tree >= 0 else 0 for body, tree in trees])
 
     @cached_property
-    def _free(self) -> NDArray[np.bool_]:
+    def _free(self) -> Array:
         """Which bodies move by a free joint alone.
 
         A free body has mass, no armature or damping, no child with mass or joints, and no equality constraint, tendon,

@@ -7,7 +7,6 @@ from weakref import WeakKeyDictionary
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import checks
 from contactlaw.losses import OverSpeed
@@ -16,10 +15,9 @@ from contactlaw.mujoco_plugin.block import HEAD
 from contactlaw.mujoco_plugin.geoms import offer
 from contactlaw.mujoco_plugin.instances import ContactInstance, contact_instances
 from contactlaw.mujoco_plugin.layout import record_at
-from contactlaw.world.data.records import BODY, CLOSED, CONTACT, FREE, PAIR, SHAPE, WORLD
+from contactlaw.world.data.records import BODY, CLOSED, CONTACT, FREE, PAIR, SHAPE, WORLD, Array
 from contactlaw.world.readout import Ledger, ledger, mean_impulses, moments
 
-Array = NDArray[np.float64]
 _LOOK = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int)
 Overlap = tuple[int, int, float]
 STUCK, SLIDING = 0.01, 1e-6  # tangential force over mu P: below the first; above 1 less the second

@@ -12,14 +12,12 @@ from typing import Any
 
 import numpy as np
 import pybullet as p
-from numpy.typing import NDArray
 
 from contactlaw.pair import ContactPair
 from contactlaw.pybullet_callback.shapes import Key, Side, can_move, check_served
-from contactlaw.world.data.records import CLOSED
+from contactlaw.world.data.records import CLOSED, Array
 from contactlaw.world.near.sets import Sets
 
-Array = NDArray[np.float64]
 _NAMES = count()
 RULES = "contactlaw rules"  # entry of a body with pairs that have kept a rule from a contact that was removed
 NOTHING, MOVING, FIXED = (0, 0), (1, -1), (2, ~2)  # group and mask of no body; Bullet's own, of what moves or does not

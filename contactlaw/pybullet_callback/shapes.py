@@ -6,15 +6,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pybullet as p
-from numpy.typing import NDArray
 
 from contactlaw import checks
 from contactlaw.pair import ContactPair
 from contactlaw.world.data.frames import IDENTITY, ORIGIN, Pose, quaternion_of, turn_to
-from contactlaw.world.data.records import Arrays
+from contactlaw.world.data.records import Array, Arrays
 from contactlaw.world.shapes.hulls import apart
 
-Array = NDArray[np.float64]
 Key = tuple[int, int]
 
 BASE = -1
