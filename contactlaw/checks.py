@@ -135,9 +135,6 @@ def named(argument: str, text: Any, known: Mapping[str, type]) -> Any:
     """Return the dataclass, one of the known ones, that "name field=number field=number,number" describes.
 
     Integers stay int, lists become tuples.
-
-    Raises:
-        ValueError: There is no such name or field, one is missing, or the class refuses a value.
     """
     name, *words = text.split() if isinstance(text, str) and text.strip() else [text]
     kind, given = known[one_of(argument, name, known)], {}

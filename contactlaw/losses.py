@@ -200,11 +200,7 @@ def text_of(value: float | OverSpeed) -> str:
 
 
 def read(name: str, text: str) -> float | OverSpeed:
-    """Return the number or the curve that a text describes.
-
-    Raises:
-        ValueError: The text describes neither; the message begins with the name.
-    """
+    """Return the number or the curve that a text describes."""
     if "".join(text.split()[:1]) in KNOWN:
         return checks.named(name, text, KNOWN)
     return checks.number_in(name, text, f", or one of {', '.join(KNOWN)} with its fields")

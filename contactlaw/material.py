@@ -131,11 +131,7 @@ MATERIALS["rigid"] = RIGID
 
 
 def material_of(argument: str, value: Material | str, other: str = "a contactlaw.Material") -> Material:
-    """Return a material, given itself or by its name in `MATERIALS`; other: what else may be given, for the message.
-
-    Raises:
-        ValueError: The value is neither; the message names the argument.
-    """
+    """Return a material, given itself or by its name in `MATERIALS`; other: what else may be given, for the message."""
     known = MATERIALS.get(value, value) if isinstance(value, str) else value
     if not isinstance(known, Material):
         names = f"{', '.join(MATERIALS)}{checks.hint(value, MATERIALS)}"

@@ -27,9 +27,6 @@ def law_of(value: str | Law) -> Law:
     """Return a law, given itself or as text: its name, followed by the fields that differ from their defaults.
 
     For example "microslip" or "microslip node_count=32". A user's own law is known once its file has been imported.
-
-    Raises:
-        ValueError: There is no such law or field, or the law refuses a value.
     """
     if isinstance(value, Law):
         return value

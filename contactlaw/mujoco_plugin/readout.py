@@ -167,11 +167,7 @@ def _number_of(model: mujoco.MjModel, name: Any) -> int:
 
 
 def view_of(model: mujoco.MjModel, data: mujoco.MjData) -> View:
-    """Return the view of an mjData, after its world has been brought to `data.plugin_state` if that was set.
-
-    Raises:
-        ValueError: The data belongs to another model.
-    """
+    """Return the view of an mjData, after its world has been brought to `data.plugin_state` if that was set."""
     known = _contacts(model, data)
     if not known:
         return View(np.zeros(1, HEAD)[0])

@@ -107,10 +107,6 @@ def sets_of(
 
     Each of A may touch each of B, each pair once, but no link its parent. The sets follow changes of that set. others:
     the other contacts of this client, with a name for messages.
-
-    Raises:
-        ValueError: A pair that another contact has; no pair at all; shapes that the law cannot serve or without a
-            radius.
     """
     sides = {side.key: side for side in (*a, *b)}
     bodies, single = {side.body for side in sides.values()}, len(a) == 1 and len(b) == 1

@@ -95,12 +95,7 @@ def engine_parameters(client: int) -> dict[str, Any]:
 
 
 def read_sides(client: int, which: str, bodies: Any, link: Any) -> list[Side]:
-    """Return the sides of one set: a body, or several, as id or (body, link); link: of bodies given as an id.
-
-    Raises:
-        ValueError: No such body or link, no collision shape, not a multibody, a planar joint, a joint without mass, or
-            an empty set; the message names which set, "a" or "b".
-    """
+    """Return the sides of one set: a body, or several, as id or (body, link); link: of bodies given as an id."""
     there, sides = bodies_of(client), dict[Key, Side]()
     two = isinstance(bodies, tuple) and len(bodies) == 2 and all(checks.whole(one) in there for one in bodies)
     if two and bodies[1] < p.getNumJoints(bodies[0], client):
@@ -127,7 +122,7 @@ def holds(value: Any) -> bool:
 
 
 def read_side(client: int, which: str, body: Any, link: Any, there: set[int]) -> Side:
-    """Check the ids of one side and read its shape; there: ids of all bodies; errors as for `read_sides`."""
+    """Check the ids of one side and read its shape; there: ids of all bodies."""
     if checks.whole(body) not in there:  # of a batch (batchPositions) the client knows the last body alone
         p.syncBodyInfo(client)
         there |= bodies_of(client)
@@ -247,9 +242,6 @@ def check_served(pair: ContactPair, a: Side, b: Side, free: bool) -> None:
     there would turn the body over, as the contacts at its other corners are missing. free: whether a body of the two is
     free to turn in all directions; a free capsule strikes a measured shape with one end after the other, and only one
     of them is found in a step.
-
-    Raises:
-        ValueError: The law cannot serve them.
     """
     shapes, what = (a.shape, b.shape), f"{a} ({a.shape}) and {b} ({b.shape})"
     if shapes == ("plane", "plane") or ((a.measured or b.measured) and not {"sphere", "capsule"} & set(shapes)):

@@ -31,9 +31,6 @@ def take(steps: dict[int, Any], client: int, callback: Any) -> None:
     """Let a callback take steps of a client, whichever code calls stepSimulation; steps: `NEXT` or `STEPPED`.
 
     The function is replaced in PyBullet and in all modules that have imported it by name, once and for good.
-
-    Raises:
-        ValueError: They are taken already.
     """
     if client in STEPPED:
         raise ValueError(f"client {client}: its steps are taken inside a `stepping` already")

@@ -182,11 +182,7 @@ def kept(one: Arrays) -> Arrays:
 
 
 def restored(saved: Arrays, own: Arrays) -> Arrays:
-    """Return a world built as `own`, in the state that `kept` returned, perhaps in another process.
-
-    Raises:
-        ValueError: Bodies, shapes or contacts are others.
-    """
+    """Return a world built as `own`, in the state that `kept` returned, perhaps in another process."""
     if any(getattr(saved, name).shape != getattr(own, name).shape for name in MOVING) or (
         saved.memory.shape[1] != own.memory.shape[1]
     ):
