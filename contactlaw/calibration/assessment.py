@@ -22,11 +22,7 @@ LEAST, SPREAD = 4, 0.3  # least number of impacts and range of ln V_z1 for a dep
 def assess(
     impacts: Impacts, restitution: float | None, kappa: float | None, *, hold: bool, asked: str | None
 ) -> Calibration:
-    """Fit a checked table and assess which parameters it determines.
-
-    restitution: e if V_z2 was not measured. kappa: start value, or with `hold` the known one; None: `USUAL_KAPPA`.
-    asked: name of the law of restitution over speed; None: the most likely, if that is clear.
-    """
+    """Fit a checked table and assess which parameters it determines; kappa, hold, asked: as for `calibrate`."""
     bounce, law = _restitution(impacts, asked) if restitution is None else (Estimate("given", restitution), None)
     start = kappa or USUAL_KAPPA
     known = Estimate("given", start) if hold else None

@@ -1,10 +1,7 @@
 """Free bodies: read from mjData into the world, and written back; and mocap bodies, which are only read.
 
 The coordinates of a free joint are those of the body's frame, the world's those of the centre of mass. With all
-integrators but Runge-Kutta MuJoCo's velocity is half a step of acceleration behind its position: x1 = x0 + dt (v0 + dt
-a) is a parabola if the velocity at x0 is v0 + dt/2 a. If a contact is closed at the end of a step, the velocity written
-is the true one, so that a body at rest has none; see `note_usual` for one that is lifted off within a step. The half
-step of the spin keeps the energy, see `spin_after`.
+integrators but Runge-Kutta MuJoCo's velocity is half a step behind its position, see `note_usual` and `spin_after`.
 """
 
 from math import sqrt

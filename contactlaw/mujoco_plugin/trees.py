@@ -6,8 +6,6 @@ and except damping: f + D (v - v_f), where D = df/dv is the engine's own derivat
 v_f the velocities that it last evaluated forces at (under Runge-Kutta near the end of the step). `free` tells how
 velocities are read and written. Here too the half step uses the engine's acceleration, damping and servos included,
 but without the centripetal terms, with which energy would be gained.
-
-Trees that an equality joins are one system, and one tree of the world; those on a moving mocap body are left apart.
 """
 
 from typing import Any

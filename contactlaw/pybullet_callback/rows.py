@@ -1,11 +1,7 @@
 """Records of bodies that Python and the compiled `hooks` share.
 
-Bullet steps v <- v + dt a, then x <- x + dt v: its velocity belongs to half a step before its position, and x1 = x0 +
-dt (v0 + dt a) is a parabola if the velocity at x0 is v0 + dt/2 a. So velocities are read and written; but if a contact
-is closed at the end of a step the true velocity is written, so that a body at rest has none. For a body that has lifted
-off within the step, a is what `note_usual` leaves. The same holds for the spin, see `spin_after`: by the explicit
-gyroscopic rate of change each reading and writing would raise the energy of what tumbles by the square of that half
-step.
+Bullet's velocity is half a step behind its position, see `note_usual`, and so is the spin, see `spin_after`: by the
+explicit gyroscopic rate each reading and writing would raise the energy of what tumbles by the square of half a step.
 
 Bullet steps first, with the force of the contacts in the step before as a push (`select_pushed`). Then the world takes
 the same step with the accelerations that Bullet's step had besides that push, and pose and velocity of what contacts

@@ -1,8 +1,4 @@
-"""Bodies with joints, and those that constraints join: a kinematic tree of the world, read from PyBullet and written.
-
-A tree holds one body of PyBullet with joints, or all those that constraints of `createConstraint` make one system. What
-a step does with it is in `tree_hooks`.
-"""
+"""Bodies with joints, and those that constraints join, as trees of a world; `tree_hooks` has what a step does there."""
 
 import warnings
 from collections.abc import Iterable, Iterator, Sequence

@@ -1,7 +1,6 @@
 """Integration of one island through one window: free flight to the first touch, substeps while any contact is closed.
 
-A substep is a leapfrog: all bodies drift, then each contact finds its overlap and displacement there and evaluates its
-law, then all bodies are kicked. The force at the end of a window begins the next window.
+Substeps are those of the leapfrog in `contactlaw.world`. The force at the end of a window begins the next window.
 """
 
 from math import ceil, floor, nan

@@ -166,9 +166,11 @@ def spin_after(b, w, h):
 def note_usual(b, gravity, usual_io, wrench_io, lifted):
     """Note a body's acceleration besides gravity, and its torque, as the usual ones of steps in which it was touched.
 
-    If it has lifted off its contacts within the step, it keeps of them only as much as was usual before. The velocities
-    that engines keep are half a step behind their positions: a kick for one step that lifts a body would otherwise be
-    half a kick, as the engine does not repeat it in the next step.
+    Engines step v <- v + h a, then x <- x + h v: x1 = x0 + h (v0 + h a) is a parabola if the velocity at x0 is v0 +
+    h/2 a. So adapters read and write velocities, spins too, half a step behind positions; but the true one if a contact
+    is closed at the end of a step, so that a body at rest has none. If the body has lifted off its contacts within the
+    step, a is only as much as was usual before: a kick for one step that lifts it would otherwise be half a kick, as
+    the engine does not repeat it in the next step.
     """
     push, moment = sub(load(b.acceleration), gravity), load(b.torque)
     if lifted:
