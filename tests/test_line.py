@@ -124,10 +124,6 @@ def test_entries_never_outgrow_the_pieces_of_the_path() -> None:
         assert top <= j + 1
     assert top > 0.99 * pieces
     assert (np.diff(stack[: top + 1]["end"]) > 0.0).all()
-    stack = line.new_stack(1)
-    top, s = line.advance(stack, 0, 0.3, 1.0, 1.0)
-    with pytest.raises(IndexError, match="room"):
-        line.advance(stack, top, s, 1.0, 1.0)
 
 
 @pytest.mark.heavy

@@ -77,8 +77,6 @@ def advance(stack_io, top, s, overlap, root):
             top -= 1
         origin, slope = stack_io[top].origin, stack_io[top].slope
         put(stack_io, top, overlap, root, origin + slope * overlap, origin, slope)
-    if top + 1 == stack_io.shape[0]:
-        raise IndexError("more pieces of path than the stack has room for")
     rise, growth = s - stack_io[top].place, overlap - stack_io[top].end
     if abs(rise) <= growth:
         if growth > 0.0:

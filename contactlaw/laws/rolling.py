@@ -50,7 +50,5 @@ def roll(bend, contact, resistance, u, v):
 
 @jit
 def stored(bend, contact, resistance):
-    """Elastic energy of the spring [J]."""
-    if contact.overlap <= 0.0:
-        return 0.0
+    """Elastic energy of the spring [J]; of a closed contact."""
     return 0.5 * (bend[0] * bend[0] + bend[1] * bend[1]) / stiffness(contact, resistance)
