@@ -5,13 +5,14 @@ import json
 import os
 import sys
 from collections.abc import Callable, Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from contactlaw import MATERIALS, checks
-from contactlaw.laws import choices
+from contactlaw.laws.base import KNOWN
 from sims import show
 from sims.scene import ENGINES, NATIVES, OWN_STEP, Scene, Settings, check_step
 
@@ -25,6 +26,12 @@ PLOT, GIF, MP4, VIEW = (
 )
 LAW = "native: the engine's own contact; default: the simplest law with the same result"
 STEPS = ", ".join(f"{engine} {step:.4g}" for engine, step in OWN_STEP.items())
+
+
+def law_choices() -> str:
+    """Return the names of all known laws with their fields, in the order of their rungs."""
+    laws = sorted(KNOWN.values(), key=lambda law: law.rung)
+    return "|".join("".join([law.name, *(f" {field.name}=..." for field in fields(law))]) for law in laws)
 
 
 def add_scene(
@@ -47,7 +54,7 @@ def add_scene(
     natives = NATIVES[: 1 + scene.beside_damped]
     options: dict[str, tuple[Any, Any, Any]] = {
         "engine": (str, scene.engines[0], typer.Option(help="|".join([*scene.engines, *BOTH * _has_both(scene)]))),
-        "law": (str | None, None, typer.Option(help="|".join([choices(), *natives]) + f"; {LAW}")),
+        "law": (str | None, None, typer.Option(help="|".join([law_choices(), *natives]) + f"; {LAW}")),
         "material": (str | None, None, typer.Option(
             help="|".join(MATERIALS) + "; default: the scene's own", hidden=scene.material is None)),
         "timestep": (float | None, None, typer.Option(help=f"Engine step in s; default: the engine's own, {STEPS}.")),

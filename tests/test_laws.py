@@ -15,11 +15,12 @@ import pytest
 from contactlaw import LAWS, Body, ContactPair, Law, collide, force_along_path, rebound
 from contactlaw.checks import text_of
 from contactlaw.jit import jit
-from contactlaw.laws import choices, law_of, sectors
+from contactlaw.laws import law_of, sectors
 from contactlaw.laws.microslip import Microslip, half_line_nodes
 from contactlaw.laws.record import CONTACT, PAIR, PAIR_SIZE, ask_energy, ask_stiffness, pair_of
 from contactlaw.laws.slip import carried, held
 from contactlaw.laws.step import ask, press, reset
+from sims.commands import law_choices
 
 ROOT = Path(__file__).parent.parent
 LADDER = ["coulomb", "linear_spring", "mindlin", "mindlin_rescaled", "microslip"]
@@ -61,7 +62,7 @@ def test_a_law_without_a_rung_stands_beside_the_ladder() -> None:
 
 def test_a_law_of_the_users_own_is_found_by_its_name() -> None:
     assert law_of("own_mindlin factor=0.5") == OwnMindlin(factor=0.5)
-    assert "own_mindlin factor=..." in choices()
+    assert "own_mindlin factor=..." in law_choices()
 
 
 @pytest.mark.parametrize("law", [*LAWS.values(), Microslip(7), OwnMindlin(0.25)], ids=lambda law: text_of(law))

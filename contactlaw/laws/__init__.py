@@ -1,6 +1,5 @@
 """Tangential laws, one in a file. All files of this folder are imported, which registers their laws."""
 
-from dataclasses import fields
 from importlib import import_module
 from math import inf
 from pkgutil import iter_modules
@@ -14,12 +13,8 @@ for _module in iter_modules(__path__, f"{__name__}."):
     import_module(_module.name)
 
 
-def ranked() -> list[tuple[str, type[Law]]]:
-    """Return all known laws by name, in the order of their rungs."""
-    return sorted(KNOWN.items(), key=lambda item: item[1].rung)
-
-
-LAWS: dict[str, Law] = {name: kind() for name, kind in ranked() if kind.rung < inf}
+_LADDER = sorted((kind for kind in KNOWN.values() if kind.rung < inf), key=lambda kind: kind.rung)
+LAWS: dict[str, Law] = {kind.name: kind() for kind in _LADDER}
 """Laws of the ladder by name, with default fields, in the order of their rungs."""
 
 
@@ -36,8 +31,3 @@ def law_of(value: str | Law) -> Law:
         name = value.__name__
         raise ValueError(f"law = {name}: must be one of {', '.join(KNOWN)}, or an instance of the class: {name}(...)")
     return checks.named("law", value, KNOWN)
-
-
-def choices() -> str:
-    """Return the names of all known laws with their fields, for a help text."""
-    return "|".join("".join([name, *(f" {field.name}=..." for field in fields(law))]) for name, law in ranked())

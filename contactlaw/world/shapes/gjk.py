@@ -232,9 +232,8 @@ def separate(sa, a, sb, b, n, far):
     """Find two parallel planes that separate a core A from a plane or a core B.
 
     n: their normal from B to A, or zero if it is to be found: the best one, or one by which they are further apart than
-    `far` [m]. Returns the normal, zero if the cores overlap; the least
-    height of A along it and the greatest of B, without the radii that sweep them, from B's centre of mass [m]; and A's
-    lowest point from its own centre of mass.
+    `far` [m]. Returns the normal, zero if the cores overlap; the least height of A along it and the greatest of B,
+    without the radii that sweep them, from B's centre of mass [m]; and A's lowest point from its own centre of mass.
     """
     if sb.kind >= PLANE:
         n = to_world(b.axes, load(sb.normal))
