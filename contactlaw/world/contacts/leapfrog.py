@@ -127,8 +127,8 @@ def damper_weight(c, a, b, count):
 
     What hardly presses would have next to no damper beside what presses hard, and rock for long under a load: U is
     taken as at most `count` U_i, or as many as springs push harder than loads. In trees, U/M over U_i is that of the
-    forces, as the last substep had them, M at most m, and U at first `count` U_i. Not for balls, whose contacts are few
-    along one line.
+    forces, as the last substep had them, M at most m. Until springs are known, as linear ones at the touch, U is
+    `count` U_i. Not for balls, whose contacts are few along one line.
     """
     t, n, arm_a, arm_b = c.touch, load(c.normal), load(c.arm_a), load(c.arm_b)
     if not is_turned(a) and not is_turned(b):
@@ -145,7 +145,7 @@ def damper_weight(c, a, b, count):
     most, still = 1.0 * count, norm(loads)
     if springs > most * still:
         most = min(springs / still, MOST)
-    return 1.0 / sqrt(min(max(all_of_them / own, least), most) if own > 0.0 else 1.0 * count)
+    return 1.0 / sqrt(min(max(all_of_them / own, least), most) if own > 0.0 else least * count)
 
 
 def closing_by_others(c, a, b):
