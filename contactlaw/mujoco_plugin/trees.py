@@ -87,6 +87,8 @@ def move_tree(head, j, t):
         for k in range(t.count):
             b = body_at(t.bodies, k)
             b.turned += head.step_size * norm(load(b.spin))
+    elif body_at(t.bodies, 0).asleep == 0:
+        world_at(head.world, 0).age = AGED
 
 
 def turns(head, j, t):
@@ -115,7 +117,7 @@ def ask_trees(head, w):
     """Ask trees whether they pass by everything, unless contacts push them; return whether near pairs must be known.
 
     If so, what is listed near a body that moves decides which trees pass: it is listed for this step. It decides how a
-    step is made, too, where contacts push a tree or other bodies are beside one: then lists must show no age.
+    step is made, too, where other bodies are beside a tree, or a tree is touched: then lists must show no age.
     """
     if head.free_count + head.mocap_count > 0:
         w.age = AGED
@@ -129,12 +131,10 @@ def ask_trees(head, w):
             if t.passes == PASSES and leaves_soon(b, head.step_size):
                 w.stale = 1
         w.stale = max(w.stale, placed)
-        if is_pushed(head, j, t):
-            w.age, t.passes = AGED, DENIED
-        else:
-            turn, gain = turns(head, j, t)
-            whirls = STABLE_TURN < turn <= LOST and gain <= LOST_GAIN
-            t.passes = DENIED if body_at(t.bodies, 0).asleep != 0 or w.denied == LATE or whirls else ASKED
+        turn, gain = turns(head, j, t)
+        whirls = STABLE_TURN < turn <= LOST and gain <= LOST_GAIN
+        asleep = body_at(t.bodies, 0).asleep != 0
+        t.passes = DENIED if asleep or w.denied == LATE or whirls or is_pushed(head, j, t) else ASKED
     needed = needs_list(w)
     for i in range(w.body_count if needed else 0):
         b = body_at(w.bodies, i)
