@@ -12,7 +12,8 @@ from contactlaw.jit import jit_module
 from contactlaw.memory import copy_wholes, same_wholes
 from contactlaw.mujoco_plugin.block import floats, free_at, mocap_at, moved_at, shifted
 from contactlaw.mujoco_plugin.layout import data_at
-from contactlaw.world.bodies.motion import move_kinematic, note_usual, set_axes, spin_after, spin_rate, update_momentum
+from contactlaw.world.bodies import motion
+from contactlaw.world.bodies.motion import note_usual, set_axes, spin_after, spin_rate, update_momentum
 from contactlaw.world.contacts.force import is_quasi_static
 from contactlaw.world.data.access import body_at, world_at
 from contactlaw.world.data.quaternion import conjugate, load4, product, store4, turn_by
@@ -118,15 +119,18 @@ def read_mocap(head, i, moved):
     store4(b.quaternion, load4(before.quaternion) if known else turn)
     store(b.velocity, load(before.velocity))
     store(b.spin, load(before.spin))
-    move_kinematic(w, b, place, turn, head.step_size)
+    motion.move_kinematic(w, b, place, turn, head.step_size)
 
 
 def keep_mocap(head, i, moved):
-    """Keep the pose and the velocities of a mocap body for the next step; moved: `MOVED`."""
+    """Keep the pose of a mocap body for the next step, and the velocities that led there; moved: `MOVED`."""
     d, p, kept = data_at(head.data, 0), mocap_at(head.mocaps, i), moved_at(moved, i)
-    b = body_at(world_at(head.world, 0).bodies, p.body)
-    store(kept.position, load(floats(d.xpos, 3 * p.id, 3)))
-    store4(kept.quaternion, load4(floats(d.xquat, 4 * p.id, 4)))
+    b, place = body_at(world_at(head.world, 0).bodies, p.body), load(floats(d.xpos, 3 * p.id, 3))
+    turn = load4(floats(d.xquat, 4 * p.id, 4))
+    if load4(kept.quaternion) != (0.0, 0.0, 0.0, 0.0):
+        motion.lead(b, load(kept.position), load4(kept.quaternion), place, turn, head.step_size)
+    store(kept.position, place)
+    store4(kept.quaternion, turn)
     store(kept.velocity, load(b.velocity))
     store(kept.spin, load(b.spin))
 

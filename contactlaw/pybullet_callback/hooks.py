@@ -14,7 +14,7 @@ from contactlaw.world.data.access import body_at, contact_at, near_at, shape_at,
 from contactlaw.world.data.call import address, call_step, ready
 from contactlaw.world.data.demand import STEP
 from contactlaw.world.data.quaternion import conjugate, load4, product, rotation_vector, store4
-from contactlaw.world.data.records import CLOSED, FREE, NEVER
+from contactlaw.world.data.records import CLOSED, FREE, NEVER, PUT
 from contactlaw.world.data.vec import add, axpy, dot, load, norm, scale, store, sub
 from contactlaw.world.near.guards import any_guard_exceeded, surface_speed
 from contactlaw.world.near.listing import list_near, may_leave_margin
@@ -317,6 +317,9 @@ def write_bodies(head, w):
         if b.touched != 0 and r.mass > 0.0:
             write_touched(head, k, r, b)
         elif b.asleep != 0 or r.mass == 0.0:
+            if r.placed == PUT:  # should it go on like this, it moves
+                x, turn = load(r.left.position), rows.quaternion_of(r.left)
+                motion.lead(b, x, turn, load(b.position), load4(b.quaternion), head.dt)
             r.left = r.before
             if r.mass > 0.0 and not rows.same_motion(r.after, r.before):
                 rows.select(head, k)

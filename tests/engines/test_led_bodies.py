@@ -5,7 +5,7 @@ import pytest
 from mujoco_scenes import mujoco
 from pybullet_scenes import ball, p, paddle, plane, shape
 
-from contactlaw import ContactPair
+from contactlaw import Body, ContactPair, collide
 from contactlaw.mujoco_plugin import load_model
 from contactlaw.pybullet_callback import ContactCallback
 
@@ -48,6 +48,32 @@ def test_the_same_in_pybullet(client, step, speed):
         p.resetBasePositionAndOrientation(wall, [place, 0, 0], [0, 0, 0, 1], client)
         contact.step()
     assert p.getBaseVelocity(thing, client)[0] == pytest.approx([2.0 * speed, 0.0, 0.0], abs=1e-6 * speed)
+
+
+@pytest.mark.parametrize("step", [1e-4, 2e-3, 5e-3])
+def test_a_racket_that_is_led_at_forty_metres_a_second_strikes_as_one_impact_says(step):
+    """In the frame of the racket the ball comes obliquely at its speed: `collide`. The engine sees it move at once."""
+    velocity, pair = np.array([30.0, 0.0, 20.0]), ContactPair("steel", "steel", friction=0.3, restitution=0.8)
+    model, data = wall_and(BALL, pair, "-.6 0 -.46", ".5 .5 .01", step, gravity="0 0 0")
+    for number in range(round(0.03 / step)):
+        data.mocap_pos[0] = [0.0, 0.0, -0.06] + velocity * (number * step - 0.02)
+        mujoco.mj_step(model, data)
+    impact = collide(pair, Body(model.body_mass[2], 0.05, velocity=-velocity))
+    assert data.qvel[:3] == pytest.approx(impact.velocity_a + velocity, abs=0.01)
+    assert data.qvel[4] == pytest.approx(impact.spin_a[1], rel=1e-3)
+
+
+def test_a_club_in_pybullet_strikes_a_ball_at_twice_its_speed(client):
+    club = p.createMultiBody(0, shape(client, p.GEOM_BOX, halfExtents=[0.01, 0.5, 0.5]), physicsClientId=client)
+    thing = ball(client, [0, 0, 0], radius=0.05, mass=1.0)
+    p.changeDynamics(thing, -1, maxJointVelocity=1e6, physicsClientId=client)
+    contact = ContactCallback(client)
+    contact.add_contact(thing, club, ELASTIC)
+    p.setTimeStep(2e-3, client)
+    for number in range(15):
+        p.resetBasePositionAndOrientation(club, [40.0 * (2e-3 * number - 0.02) - 0.06, 0, 0], [0, 0, 0, 1], client)
+        contact.step()
+    assert p.getBaseVelocity(thing, client)[0] == pytest.approx([80.0, 0.0, 0.0], abs=1e-3)
 
 
 def test_a_lift_takes_up_what_sleeps_on_it_and_a_turntable_turns_it():
