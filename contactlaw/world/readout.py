@@ -8,6 +8,7 @@ import numpy as np
 from contactlaw.jit import jit
 from contactlaw.pair import DEEPEST, FOUND_IN, PASSING, TOO_DEEP
 from contactlaw.world.contacts.force import stored_energy
+from contactlaw.world.contacts.substep import TOUCHING
 from contactlaw.world.data.access import contact_at, pair_at
 from contactlaw.world.data.records import CLOSED, FREE, Array, Arrays
 from contactlaw.world.data.tree import AXIS
@@ -143,7 +144,7 @@ DOUBTFUL = {DEEP: TOO_DEEP, PUT_IN: FOUND_IN, UNCLEAR_RADIUS: UNCLEAR, PASSES_TH
 def doubts_of(w, c):
     """Return the bits of what is doubtful about a contact: an overlap too deep for Hertz, one taken off, its radius."""
     bits = DEEP if c.deepest > DEEPEST * c.touch.radius else 0
-    if c.initial_overlap > 0.0 and c.appeared == 0:
+    if c.initial_overlap > TOUCHING * c.touch.radius and c.appeared == 0:
         bits |= PUT_IN if c.initial_overlap < IGNORED else PASSES_THROUGH
     given = pair_at(w.pairs, c.pair).radius > 0.0
     return bits if given or radius_is_clear(w, c) else bits | UNCLEAR_RADIUS

@@ -283,6 +283,19 @@ def test_a_ball_that_shrinks_where_it_sleeps_falls_without_a_word(joint):
     assert height[0] == pytest.approx(0.3 * 0.025, abs=1e-5)
 
 
+def test_a_ball_that_grows_until_it_just_touches_does_so_without_a_word():
+    """As sizes drawn at random in each reset do; where they touch, its radius and the table's half height round."""
+    table = BALL.replace('type="plane" size="1 1 1"', 'type="box" size="1 1 .02" pos="0 0 -.02"')
+    model = load_model(table.replace(".025", ".03"), [("ball", "floor", ContactPair("steel", "rubber", 0.5, 0.5))])
+    data = mujoco.MjData(model)
+    for size in (0.02, 0.03):
+        model.geom_size[1, 0] = size
+        mujoco.mj_resetData(model, data)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            mujoco.mj_step(model, data, 4)
+
+
 @pytest.mark.parametrize("depth", [0.02, 1e-3])
 def test_a_ball_that_is_put_deep_into_what_it_rests_on_is_not_thrown(depth):
     """A millimetre of steel throws it 58 m."""
