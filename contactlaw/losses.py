@@ -42,7 +42,9 @@ class OverSpeed:
 
     def values(self, speed: Array) -> Array:
         """Return the coefficient at speeds > 0 [m/s], an array of their shape."""
-        raise NotImplementedError
+        raise NotImplementedError(
+            f"{type(self).__name__}: needs a method values(self, speed), on arrays of speeds > 0 [m/s]"
+        )
 
     @cached_property
     def points(self) -> Array:

@@ -167,6 +167,11 @@ def test_what_does_not_belong_is_refused() -> None:
         read("restitution", "viscoelastic speed=1")
 
 
+def test_a_curve_without_its_method_says_which() -> None:
+    with pytest.raises(NotImplementedError, match=r"OverSpeed: needs a method values\(self, speed\)"):
+        OverSpeed()(1.0)
+
+
 def test_a_table_goes_straight_over_the_logarithm() -> None:
     table = Table((0.1, 10.0), (0.9, 0.5))
     assert table(1.0) == pytest.approx(0.7)

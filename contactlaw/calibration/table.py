@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -55,7 +56,9 @@ def velocities_of(before: Sequence[ArrayLike], after: Sequence[ArrayLike | None]
         try:
             normal, tangential = value
         except (TypeError, ValueError):
-            raise ValueError(f"{name} = {value!r}: must be two arrays, normal and tangential velocities") from None
+            raise ValueError(
+                f"{name} = {reprlib.repr(value)}: must be two arrays, normal and tangential velocities"
+            ) from None
         if normal is None and name == "after" and restitution is not None:
             normal = restitution * columns[0]
         elif name == "after" and restitution is not None:

@@ -179,6 +179,7 @@ def test_unit_of_velocity_and_side_change_nothing(scale, seed, signs):
         ({"before": ([1.0], [0.1, 0.2])}, "lengths are"),
         ({"before": ([1.0, inf], [0.1, 0.2])}, r"before\[0\]: holds inf"),
         ({"before": [1.0]}, "must be two arrays"),
+        ({"before": np.ones((200, 2))}, "^.{1,50}: must be two arrays"),  # columns, and not the table, before the word
         ({"before": (np.ones((2, 2)), [0.1, 0.2])}, r"shape \(2, 2\); must be \(n,\)"),
         ({"after": (None, [0.0, 0.0])}, "with a restitution"),
         ({"after": (None, [0.0, 0.0]), "restitution": 1.5}, r"restitution = 1.5: must be in \[1e-6, 1\]"),
