@@ -42,9 +42,7 @@ class OverSpeed:
 
     def values(self, speed: Array) -> Array:
         """Return the coefficient at speeds > 0 [m/s], an array of their shape."""
-        raise NotImplementedError(
-            f"{type(self).__name__}: needs a method values(self, speed), on arrays of speeds > 0 [m/s]"
-        )
+        raise NotImplementedError(f"{type(self).__name__}: needs a method values(self, speed), on arrays [m/s]")
 
     @cached_property
     def points(self) -> Array:

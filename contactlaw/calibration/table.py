@@ -56,9 +56,7 @@ def velocities_of(before: Sequence[ArrayLike], after: Sequence[ArrayLike | None]
         try:
             normal, tangential = value
         except (TypeError, ValueError):
-            raise ValueError(
-                f"{name} = {reprlib.repr(value)}: must be two arrays, normal and tangential velocities"
-            ) from None
+            raise ValueError(f"{name} = {reprlib.repr(value)}: must be two arrays, V_z and V_x [m/s]") from None
         if normal is None and name == "after" and restitution is not None:
             normal = restitution * columns[0]
         elif name == "after" and restitution is not None:

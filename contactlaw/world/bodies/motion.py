@@ -16,9 +16,8 @@ LARGEST_TURN, MOST = 0.1, 1e4  # [rad] of a step of `tumble`; number of such ste
 LEAST_MOBILITY = 1e-9  # of the mobility of the free body: least mobility of a tree's point
 MIDPOINTS, CLOSE = 12, 1e-20  # iterations of `spin_after`; squared relative change of a mean spin after which it ends
 EXACT = 1e-31  # squared relative error of a spin at which the iteration ends
-# [m/s]: a body whose speed would change by more in a step, to more than this, and by more than its present speed, has
-# jumped: robot arms and belts start with less, 10 mm in 2 ms from rest is no motion. Also the limit of
-# `touch.initial_overlap_limit`
+# [m/s]: a body whose speed would change by more in a step, to more than this and by more than it is, has jumped: robot
+# arms and belts start with less, 10 mm in 2 ms is no motion. Also the limit of `touch.initial_overlap_limit`
 JUMP = 5.0
 PLANE_REACH = 1.0  # [m] from the centre, at which a plane, which has no end, has the speed by which it jumps
 
@@ -349,8 +348,8 @@ def move_kinematic(w, b, place, turn, h):
 
     The user moves it from step to step. Its motion is uniform within a step, so that contacts feel it.
     place, turn: that pose, position [m] and quaternion. On entry the pose of the body is where the last step left it,
-    its velocities are those that `lead` gives for that step. A body that jumps is put there at once, at rest, and
-    marked as `placed`; if it goes on as fast, it moves.
+    its velocities are those that `lead` gives for that step. A body that jumps is put there at once, at rest, marked as
+    `placed`; if it goes on as fast, it moves.
     """
     velocity, spin, reach = load(b.velocity), load(b.spin), min(b.reach, PLANE_REACH)
     lead(b, load(b.position), load4(b.quaternion), place, turn, h)
