@@ -85,6 +85,7 @@ class Model:
         made.shapes["group"] = [kind[geom] for geom in geoms]
         made.shapes["friction"], made.shapes["priority"] = self._m.geom_friction[geoms, 0], self._m.geom_priority[geoms]
         made.shapes["frictionless"] = self._m.geom_condim[geoms] == 1
+        made.bodies["placed"] = 0  # each step tells this of what can move; all else stays where it is
         made.pairs["relaxed"] = [instance.contact.overlaps == "relax" for instance in self._contacts]
         made.pairs["friction"][[instance.contact.geom_friction for instance in self._contacts]] = np.nan
         return made._replace(groups=table)
