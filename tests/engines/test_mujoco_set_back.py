@@ -235,6 +235,28 @@ def test_trees_set_back_at_any_step_go_on_to_the_bit(name):
     goes_on_after_resets(model, data, 600)
 
 
+@pytest.mark.parametrize("seed", [8, 29])
+def test_a_robot_with_legs_goes_on_to_the_bit_in_new_data(seed):
+    """What the user has not moved is not held to have been, however long nothing touches it: a floor counted so."""
+    leg = """<body pos='{x} {y} 0'><joint axis='{v} {u} 0' range='-60 60' armature='1e-3'/>
+    <geom type='capsule' fromto='0 0 0 {x} {y} -.12' size='.015'/>
+    <body pos='{x} {y} -.12'><joint axis='{v} {u} 0' range='-60 60' armature='1e-3'/>
+    <geom type='capsule' fromto='0 0 0 0 0 -.12' size='.012'/></body></body>"""
+    legs = "".join(leg.format(x=0.1 * u, y=0.1 * v, u=u, v=-v) for u, v in ((1, 0), (0, 1), (-1, 0), (0, -1)))
+    model = law_for(f"<body pos='0 0 .32'><freejoint/><geom type='sphere' size='.06'/>{legs}</body>")
+    data, kept = mujoco.MjData(model), mujoco.mjtState.mjSTATE_INTEGRATION
+    data.qvel[:] = 3.0 * np.random.default_rng(seed).normal(size=model.nv)
+    other, state = data, np.empty(mujoco.mj_stateSize(model, kept))
+    for number in range(250):
+        if number % 5 == 0:
+            mujoco.mj_getState(model, data, state, kept)
+            other = mujoco.MjData(model)
+            mujoco.mj_setState(model, other, state, kept)
+        mujoco.mj_step(model, data)
+        mujoco.mj_step(model, other)
+        assert np.array_equal(state_of(model, other), state_of(model, data)), number
+
+
 def test_a_tree_with_the_spring_of_a_tendon_goes_on_to_the_bit_while_something_presses_it():
     """Its velocities follow that spring from step to step; set back it was held to have been moved by the user."""
     arm = """<body pos='0 0 .2'><joint name='one' axis='0 1 0'/><geom type='capsule' fromto='0 0 0 .2 0 0' size='.02'/>
