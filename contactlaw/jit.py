@@ -102,7 +102,8 @@ expressions."""
 class _Legalization(IRLegalization):
     """Marks the end of each variable's life, for counts of references, in functions that make or return arrays.
 
-    The others use arrays that somebody else keeps alive; counts would be a fifth of their code, and never be used.
+    The others use arrays that somebody else keeps alive; counts would be a fifth of their code, and never be used. All
+    functions of users count: expressions and helpers may make arrays there.
     """
 
     _name = "legalization_where_counted"
@@ -110,8 +111,8 @@ class _Legalization(IRLegalization):
     def run_pass(self, state: Any) -> bool:
         """Leave out counts of references where they serve nothing."""
         made = any(isinstance(one, types.BoundFunction) or _home_of(one) == "numpy" for one in state.typemap.values())
-        returned = state.return_type, *getattr(state.return_type, "types", ())
-        if made or any(isinstance(one, types.Array) for one in returned):
+        counted = made or state.targetctx.data_model_manager[state.return_type].contains_nrt_meminfo()
+        if counted or not state.func_id.modname.startswith("contactlaw."):
             return bool(super().run_pass(state))
         state.targetctx = state.targetctx.subtarget(enable_nrt=False)
         return False

@@ -9,8 +9,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from numba import types
+from numba.core.runtime import _nrt_python as memory
 
 from contactlaw import jit
 from contactlaw.jit import CALLBACKS, INTERPRETED, address_of
@@ -67,3 +69,43 @@ def test_a_c_function_is_one_function() -> None:
     address_of(harmonic_sum, types.float64(types.float64), ours=False)
     assert CALLBACKS[-1].ctypes(2.0) == 1.5
     assert len(re.findall("^define .*harmonic_sum", CALLBACKS[-1].inspect_llvm(), re.M)) == 1
+
+
+@jit.jit
+def thrice(x):
+    """Return an array that another function makes."""
+    return 3.0 * x
+
+
+@jit.jit
+def total(x):
+    """Use arrays of helpers and of an expression, without a method or a function of numpy."""
+    _, (first, last) = 1.0, ends(x)
+    y = 2.0 * thrice(x)
+    return y[0] + first[0] + last[0]
+
+
+@jit.jit
+def ends(x):
+    """Return two parts of an array."""
+    return x[:1], x[-1:]
+
+
+@jit.jit
+def summed(count):
+    """Return a sum over arrays that live for one round of the loop."""
+    out = 0.0
+    for _ in range(count):
+        out += total(np.ones(100))
+    return out
+
+
+@pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
+def test_arrays_in_functions_of_users_are_freed_once() -> None:
+    """As many as are made, by numba's own count. Without counts of references callers of helpers kept them for good."""
+    memory.memsys_enable_stats()
+    made, freed = memory.memsys_get_stats_alloc(), memory.memsys_get_stats_free()
+    assert summed(50) == 400.0
+    made, freed = memory.memsys_get_stats_alloc() - made, memory.memsys_get_stats_free() - freed
+    memory.memsys_disable_stats()
+    assert made == freed >= 50
