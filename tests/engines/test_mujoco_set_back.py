@@ -235,7 +235,7 @@ def test_trees_set_back_at_any_step_go_on_to_the_bit(name):
     goes_on_after_resets(model, data, 600)
 
 
-@pytest.mark.parametrize("seed", [8, 29])
+@pytest.mark.parametrize("seed", [8, 17])
 def test_a_robot_with_legs_goes_on_to_the_bit_in_new_data(seed):
     """What the user has not moved is not held to have been, however long nothing touches it: a floor counted so."""
     leg = """<body pos='{x} {y} 0'><joint axis='{v} {u} 0' range='-60 60' armature='1e-3'/>
@@ -248,7 +248,7 @@ def test_a_robot_with_legs_goes_on_to_the_bit_in_new_data(seed):
     data.qvel[:] = 3.0 * np.random.default_rng(seed).normal(size=model.nv)
     other, state = data, np.empty(mujoco.mj_stateSize(model, kept))
     for number in range(250):
-        if number % 5 == 0:
+        if number % 7 == 3:
             mujoco.mj_getState(model, data, state, kept)
             other = mujoco.MjData(model)
             mujoco.mj_setState(model, other, state, kept)
