@@ -97,6 +97,10 @@ def _pointer(builder: Any, values: Any, kind: Any = _INT64) -> Any:
     return builder.inttoptr(values[0], kind.as_pointer())
 
 
+def _load_int64(_: Any, builder: Any, __: Any, values: Any) -> Any:
+    return builder.load(builder.gep(_pointer(builder, values), [values[1]]))
+
+
 def _store_int64(context: Any, builder: Any, _: Any, values: Any) -> Any:
     builder.store(values[2], builder.gep(_pointer(builder, values), [values[1]]))
     return context.get_dummy_value()
@@ -130,14 +134,10 @@ doubles_at: Any = (
 )
 """Convert an address to a pointer to float64."""
 
-whole_at: Any = _intrinsic_of(
-    types.int64(types.uint64, types.int64), lambda _, b, __, values: b.load(b.gep(_pointer(b, values), [values[1]]))
-)
+whole_at: Any = _intrinsic_of(types.int64(types.uint64, types.int64), _load_int64)
 """Return an element of an array of int64; arguments: address, index."""
 
-place_at: Any = _intrinsic_of(
-    types.uint64(types.uint64, types.int64), lambda _, b, __, values: b.load(b.gep(_pointer(b, values), [values[1]]))
-)
+place_at: Any = _intrinsic_of(types.uint64(types.uint64, types.int64), _load_int64)
 """`whole_at` of places that count from zero: as an index an unsigned one need not be looked at for its sign."""
 
 set_whole: Any = _intrinsic_of(types.none(types.uint64, types.int64, types.int64), _store_int64)

@@ -88,7 +88,13 @@ def move_tree(head, j, t):
             b = body_at(t.bodies, k)
             b.turned += head.step_size * norm(load(b.spin))
     elif body_at(t.bodies, 0).asleep == 0:
-        world_at(head.world, 0).age = AGED
+        world_at(head.world, 0).age = AGED  # how its step is made depends on what is near: lists must show no age
+
+
+def whirls(head, j, t):
+    """Return whether a tree turns so fast that the world must move it, though not so fast that it is lost."""
+    turn, gain = turns(head, j, t)
+    return STABLE_TURN < turn <= LOST and gain <= LOST_GAIN
 
 
 def turns(head, j, t):
@@ -117,7 +123,7 @@ def ask_trees(head, w):
     """Ask trees whether they pass by everything, unless contacts push them; return whether near pairs must be known.
 
     If so, what is listed near a body that moves decides which trees pass: it is listed for this step. It decides how a
-    step is made, too, where other bodies are beside a tree, or a tree is touched: then lists must show no age.
+    step is made, too, where other bodies are beside a tree: then lists must show no age.
     """
     if head.free_count + head.mocap_count > 0:
         w.age = AGED
@@ -131,10 +137,8 @@ def ask_trees(head, w):
             if t.passes == PASSES and leaves_soon(b, head.step_size):
                 w.stale = 1
         w.stale = max(w.stale, placed)
-        turn, gain = turns(head, j, t)
-        whirls = STABLE_TURN < turn <= LOST and gain <= LOST_GAIN
-        asleep = body_at(t.bodies, 0).asleep != 0
-        t.passes = DENIED if asleep or w.denied == LATE or whirls or is_pushed(head, j, t) else ASKED
+        decided = body_at(t.bodies, 0).asleep != 0 or w.denied == LATE or is_pushed(head, j, t)
+        t.passes = DENIED if decided or whirls(head, j, t) else ASKED
     needed = needs_list(w)
     for i in range(w.body_count if needed else 0):
         b = body_at(w.bodies, i)

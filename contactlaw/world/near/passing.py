@@ -182,7 +182,7 @@ def find_passing(world):
             if not known or (first and (may_pass(a) or may_pass(b)) and may_have_touched(w, p, a, b)):
                 news = deny(w, a, p.body_a)
                 news = deny(w, b, p.body_b) or news
-                certain = certain and not (news and not (known and p.checked == MEASURED and p.gap < 0.0))
+                certain = certain and (not news or (known and p.checked == MEASURED and p.gap < 0.0))
                 found = found or news
         first = False
     passing, sure = False, True
