@@ -72,7 +72,7 @@ def test_trees_set_back_at_any_step_go_on_to_the_bit(name):
     goes_on_after_resets(model, data, 600)
 
 
-@pytest.mark.parametrize("seed", [8, 17])
+@pytest.mark.parametrize("seed", [8, 17, 48, 52])
 def test_a_robot_with_legs_goes_on_to_the_bit_in_new_data(seed):
     """What the user has not moved is not held to have been, however long nothing touches it: a floor counted so."""
     leg = """<body pos='{x} {y} 0'><joint axis='{v} {u} 0' range='-60 60' armature='1e-3'/>

@@ -30,6 +30,7 @@ def fly(b, until):
             return
         drift(b, until - b.time)
         settle(b)
+        b.placed = 0
     b.time = until
 
 

@@ -64,7 +64,8 @@ def fly(b, until):
         else:
             runge_kutta(t, h, more)
     for i in range(t.count):
-        body_at(t.bodies, i).time = until
+        b = body_at(t.bodies, i)
+        b.time, b.placed = until, 0
 
 
 def longest_turn(t):
