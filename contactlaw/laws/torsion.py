@@ -61,7 +61,7 @@ TORSION = record(
 """State of a contact under torsion."""
 
 FULL = 3.0 * pi / 16.0  # M_s over mu P a
-LEAST = 1e-9  # least share of friction that spin leaves for the tangential force
+LEAST = 1e-100  # least share of friction that spin leaves for the tangential force: one without friction has no law
 CURVE = (0.2, 0.0148535, -0.0024586, 0.0214635, -0.0263972, 0.013432)  # Q, lowest power first
 ITERATIONS, CLOSE = 6, 5e-3  # most steps to a point of the limit curve; last step [rad], whose square is the error
 

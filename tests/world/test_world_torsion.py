@@ -308,3 +308,22 @@ def test_a_ball_on_a_turntable_creeps_as_friction_says(timestep: float) -> None:
         share = creep_of(MASS * GRAVITY, 0.5, 2.0 / 7.0 * MASS * rate * speed)
         expected = share * (rate - world.spin[ball, 2]) * sqrt(RADIUS * depth)
         assert slip @ out / np.hypot(*out[:2]) == pytest.approx(expected, rel=0.05)
+
+
+@pytest.mark.parametrize("timestep", [2e-3, 5e-3, 1e-2])
+@pytest.mark.parametrize("slide", [0.0, 0.5])
+def test_a_ball_that_rolls_or_slides_and_spins_takes_implicit_steps(timestep: float, slide: float) -> None:
+    """Spin leaves hardly any friction for the slip of what rolls, and none begins to stick or to slide by it."""
+    ends = []
+    for step in (timestep, 1e-4):
+        world = World(timestep=step)
+        floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+        start = (0.0, 0.0, RADIUS - overlap_at_rest())
+        spin = (0.0, (1.0 - slide) / RADIUS, 60.0)
+        ball = world.add_body(MASS, INERTIA, start, (1.0, 0.0, 0.0), spin=spin)
+        world.add_contact(world.add_sphere(ball, RADIUS), floor, steel(0.2))
+        world.step(round(0.5 / step))
+        ends.append(np.concatenate([world.position[ball], world.velocity[ball], RADIUS * world.spin[ball]]))
+        taken = world.arrays.world[0]["implicit"]
+        assert taken >= 0.9 * round(0.5 / step) or step < timestep
+    np.testing.assert_allclose(ends[0], ends[1], atol=2e-5)

@@ -160,7 +160,7 @@ def begin_torsion(w, c, r, h):
     radius = sqrt(t.radius * t.overlap)
     r.torsion = torsion.stuck_stiffness(law_of(w, pair_at(w.pairs, c.pair)).g_t, radius)
     # what sliding leaves, if it slides that far: else, as friction falls, springs would be softer than the law
-    slides = r.longest * sqrt(c.moved[0] ** 2 + c.moved[1] ** 2) > c.interval * slide_to_slip(t)
+    slides = r.longest * sqrt(c.moved[0] ** 2 + c.moved[1] ** 2) > c.interval * slide_to_slip(t, t.friction)
     r.torsion_limit = torsion.FULL * radius * (c.torsion.friction if slides else t.mu)
     if r.drag != 0.0:
         r.torsion_drag = torsion.critical_dashpot(r.torsion, 1.0 / spin_mobility(w, c)) / h

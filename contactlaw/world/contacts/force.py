@@ -133,7 +133,7 @@ def slopes(w, c, slot, moved, slide, stage):
     (du, dv, angle), (u, v, spin) = moved, slide
     way = copysign(PROBE * overlap, overlap - t.before)
     t.overlap, t.closing = overlap + way, closing + way / stage
-    yielding, slid = slide_to_slip(t), sqrt(du * du + dv * dv)
+    yielding, slid = slide_to_slip(t, t.friction), sqrt(du * du + dv * dv)
     if c.torsion.span == 0.0 and slid > yielding and slips_fully(t):
         press(t, law_of(w, pair_at(w.pairs, c.pair)), 0.0)
         t.overlap, t.closing = overlap, closing
@@ -157,15 +157,15 @@ def slopes(w, c, slot, moved, slide, stage):
     return (normal, *by_overlap, (fu - f) / to_u, (gu - g) / to_u, (fv - f) / to_v, (gv - g) / to_v, turn)
 
 
-def slide_to_slip(t):
+def slide_to_slip(t, friction):
     """Return the displacement [m] from rest at which a contact under a constant load begins to slip as a whole."""
-    return t.friction * t.e_star / t.g_star * t.overlap
+    return friction * t.e_star / t.g_star * t.overlap
 
 
 @jit_inline
 def twist_slips(t, angle):
     """Return whether a contact slips as a whole about its normal as it turns by an angle [rad] from rest."""
-    far = slide_to_slip(t)
+    far = slide_to_slip(t, t.friction)
     return angle * angle * t.radius * t.overlap > far * far
 
 

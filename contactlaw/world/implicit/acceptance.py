@@ -142,7 +142,7 @@ def motion_of(w, bodies, pairs):
             speed = closing_speed(c, a, b)
             steady = force.is_quasi_static(c, 1.0) and force.is_slow(c, speed, 1.0)
             way = w.step * norm(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)))
-            slipping = force.slips_fully(c.touch) and way > force.slide_to_slip(c.touch)
+            slipping = force.slips_fully(c.touch) and way > force.slide_to_slip(c.touch, c.touch.friction)
             runs = shape_at(w.shapes, c.shape_a).kind >= SEGMENT
             varies = c.torsion.span != 0.0 or law_of(w, pair_at(w.pairs, c.pair)).speeds != 0.0
             slides = slides and steady and slipping and c.touch.friction != 0.0 and not (runs or varies)
@@ -169,7 +169,7 @@ def changes_regime(w, pairs):
             bent_back = saved.bending[0] * c.bending[0] + saved.bending[1] * c.bending[1] < 0.0
             if (now.overlap <= 0.0 and start.overlap > 0.0) or (bent_back and c.rolled[2] < 1.0):
                 return True
-            far = force.slide_to_slip(now)
+            far = force.slide_to_slip(now, now.mu)  # by spin: no force, slips by any motion
             reverses = now.f * r.slide[0] + now.g * r.slide[1] < 0.0 or start.f * now.f + start.g * now.g < 0.0
             sticks = force.slips_fully(start) and (reverses or not force.slips_fully(now))
             if sticks and c.moved[0] ** 2 + c.moved[1] ** 2 > far * far:
