@@ -20,7 +20,7 @@ FAR = 1e3  # [m] reach of a plane on a moving body
 RECORDED, NONE = set(RECORDS["shapes"].names or ()), np.zeros((0, 3))  # fields of shapes; no vertices
 LEAST = 64  # room for near pairs and contacts at the start
 # arrays of which a saved state has all, or as many rows as are in use, which `WORLD` says by these names
-MOVING = ("bodies", "shapes", "pairs", "trees", "joints", "near_bodies", "grid", "world")
+MOVING = ("bodies", "shapes", "pairs", "trees", "joints", "near_bodies", "world")
 USED = {"near": "nears", "guards": "guard_count", "spare": "spares"}
 NEAR_PAIRS = 40  # room in the list of near pairs for each round shape, if that is less than for all that can meet
 
@@ -28,10 +28,7 @@ NEAR_PAIRS = 40  # room in the list of near pairs for each round shape, if that 
 def empty() -> Arrays:
     """Return the arrays of a world with no body but the world itself."""
     made = Arrays(*(np.zeros(0, RECORDS.get(name, np.float64)) for name in Arrays._fields))
-    made = made._replace(
-        memory=np.zeros((0, 0)), points=NONE, groups=np.full((1, 1), -1), grid=np.zeros(4, np.int64),
-        world=np.zeros(1, WORLD),
-    )  # fmt: skip
+    made = made._replace(memory=np.zeros((0, 0)), points=NONE, groups=np.full((1, 1), -1), world=np.zeros(1, WORLD))
     made.world["stale"] = made.world["together"] = 1
     axes = {"quaternion": (1.0, 0.0, 0.0, 0.0), "axes": np.eye(3).ravel(), "isotropic": 1}
     return with_space(with_bodies(made, [axes | {"oriented": 1}]), LEAST, LEAST, LEAST)  # planes are off its origin
@@ -113,9 +110,8 @@ def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     sizes = np.where(bodies["size"] > 0.0, bodies["size"], np.inf)
     np.minimum.at(sizes, new["body"][on_body], least[on_body])
     bodies["size"] = np.where(sizes < np.inf, sizes, 0.0)
-    cells = 1 << int(np.ceil(np.log2(2 * shapes.size + 1)))
     one.world["stale"] = 1
-    return one._replace(shapes=shapes, points=points, grid=np.zeros(cells + 4 * shapes.size, np.int64))
+    return one._replace(shapes=shapes, points=points, sweep=np.zeros(7 * shapes.size, np.int64))
 
 
 def with_pair(one: Arrays, radius: float, numbers: Array, size: int) -> Arrays:

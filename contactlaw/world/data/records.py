@@ -236,7 +236,7 @@ class Arrays(NamedTuple):
     roots: Array  # first bodies of the islands of a window
     island_bodies: Array  # members of one island
     island_pairs: Array  # with room for another list of them
-    grid: Array  # working memory of the broad phase
+    sweep: Array  # working memory of the broad phase, see `listing.list_within`
     saved_bodies: Array  # `SCRATCH` bodies, see `saved.scratch_body`, then room for a copy of each, see `save_body`
     trees: Array
     joints: Array  # of all trees: coordinates, velocities, and all that is derived from them, as float64
@@ -256,7 +256,7 @@ class Arrays(NamedTuple):
         one["whole_count"] = 1 + np.flatnonzero(~np.isin(self.shapes["kind"], PARTS)).max(initial=-1)
         one["near_room"], one["guard_room"], one["contact_room"] = self.near.size, self.guards.size, self.contacts.size
         one["memory_size"], one["group_count"] = self.memory.shape[1], self.groups.shape[0]
-        one["unknown_room"], one["cells"] = self.equations.shape[1], self.grid.size - 4 * self.shapes.size
+        one["unknown_room"] = self.equations.shape[1]
         self.shapes["points"] = self.points.ctypes.data + 24 * self.shapes["first"]
         one["demand"] = TABLE.ctypes.data
         for number, tree in enumerate(self.trees):
@@ -281,7 +281,7 @@ WORLD = record(
     **dict.fromkeys(Arrays._fields[:-1], "u8"),  # addresses of the arrays, and their lengths
     body_count="i8", shape_count="i8", pair_count="i8", near_room="i8", contact_room="i8", memory_size="i8",
     group_count="i8", guard_room="i8", whole_count="i8",  # and 1 + the last shape that is no part of another one
-    cells="i8", step="f8",  # cells of the grid's hash table, a power of two; length of the step [s]
+    step="f8",  # length of the step [s]
     together="i8",  # how many time steps of a `World` that is, see `step.steps_together`; 1 in engines
     time="f8",  # [s] that a `World` has been moved by
     substeps="f8",  # of an impact between few bodies

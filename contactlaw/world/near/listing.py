@@ -1,22 +1,20 @@
-"""Broad phase: which shapes are near each other, found by grids of several widths and kept for several steps.
+"""Broad phase: which shapes are near each other, found by a sweep along one axis and kept for several steps.
 
 Each body has a margin [m] by which its surface may travel, rotation included. Two shapes are near if their margins
-overlap. Near pairs are listed anew once a body could leave its margin. The spheres around all shapes but planes are
-sorted into cells as wide as the spheres with their margins, rounded up to a power of two. A shape is compared with
-those in cells of its own width and wider. The list is sorted by shapes, so that sums over it do not depend on when it
-was made.
+overlap. Near pairs are listed anew once a body could leave its margin. The spheres around all shapes, with their
+margins, are sorted by where they begin along one axis; each is compared with those that begin before it ends (sweep and
+prune, Cohen and others 1995). Those of planes have no end. The list is sorted by shapes, so that sums over it do not
+depend on when it was made.
 """
 
-from math import ceil, floor, log2, sqrt
-
-from numba import types
+from math import sqrt
 
 from contactlaw.jit import jit_module
 from contactlaw.memory import doubles_at, set_whole, whole_at
 from contactlaw.world.bodies.motion import wake_body
 from contactlaw.world.contacts.touch import begin_contact, end_contact, release
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at
-from contactlaw.world.data.kinds import BOX, END, PARTS, PLANE, TANGENT
+from contactlaw.world.data.kinds import BOX, END, PARTS, PLANE, SEGMENT, TANGENT
 from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED, WIDE
 from contactlaw.world.data.vec import ZERO, add, dot, load, norm, store, sub
 from contactlaw.world.near.guards import EXCEEDED, SLACK, has_shapes, separate, surface_speed
@@ -33,7 +31,7 @@ BRIEF_STEPS = 1.0  # the same where a list serves for one step, see `WORLD.brief
 # allow for impacts too, see `set_margins`.
 MANY_BODIES = 256
 MANY = 50  # whole shapes besides ends of capsules
-FEW = 256  # whole shapes: so many are compared with all others sooner than sorted into a grid
+SHRINK = 1.3  # factor of the gaps of a comb sort (Lacey & Box, Byte 16 (1991) 315)
 
 
 def is_part(s):
@@ -66,16 +64,16 @@ def list_near(w):
         ends += 1 if s.kind == END else 0
         if not is_part(s) and s.kind != END and s.kind < PLANE:
             cores += 1 if s.kind >= BOX else -1
-    have_parts, few = wholes < w.shape_count and cores >= 0, w.whole_count <= FEW
+    have_parts = wholes < w.shape_count and cores >= 0
     steps = TREE_MARGIN_STEPS if 2 * jointed > wholes > MANY + ends else MARGIN_STEPS
     lasts = PARTS_MARGIN_STEPS if have_parts else steps * max(sqrt(wholes) / w.body_count, 1.0)
     lasts = MARGIN_STEPS if w.brief == WIDE else min(lasts, BRIEF_STEPS) if w.brief != 0 else lasts
     left_out, w.left_out = w.left_out, 0
     link_contacts(w)
-    list_within(w, lasts if w.body_count <= MANY_BODIES else 1.0, few)
+    list_within(w, lasts if w.body_count <= MANY_BODIES else 1.0)
     if w.left_out > 0:
         w.left_out = 0
-        list_within(w, 1.0, few)
+        list_within(w, 1.0)
     w.left_out = max(w.left_out, left_out)
     complete_list(w)
     w.lists += 1
@@ -110,7 +108,7 @@ def list_parts_anew(w):
 
 def complete_list(w):
     """Sort near pairs, of which only shapes, guard and gap are set, and link contacts to them."""
-    sort_near(w, w.cells)
+    sort_near(w, w.shape_count)
     for k in range(w.nears):
         complete_near(w, k)
         p = near_at(w.near, k)
@@ -129,81 +127,81 @@ def complete_list(w):
             release(w, slot)
 
 
-def list_within(w, steps, few):
-    """List the shapes that are near within margins for a number of steps; few: see `list_few`."""
-    smallest = set_margins(w, steps * w.step)
+def list_within(w, steps):
+    """List the shapes that are near within margins for a number of steps.
+
+    `WORLD.sweep`, by shapes: first contacts, see `link_contacts`; of each sphere where it begins, its centre, radius
+    with margin, and shape.
+    """
+    set_margins(w, steps * w.step)
     w.nears, w.guard_count = 0, 0
-    if few:
-        list_few(w)
-        return
-    shapes = w.shape_count
-    # `WORLD.grid`: first shape of each cell; then of each shape the next one in its cell, level, contacts, cell's key
-    cells = w.cells
-    for i in range(cells):
-        set_whole(w.grid, i, -1)
-    levels, moving = 0, 0  # bits: those that have shapes, and shapes of bodies that contacts can move
+    n, axis, count = w.shape_count, longest_axis(w), 0
+    begin, x, y, z, r, numbers = n, 2 * n, 3 * n, 4 * n, 5 * n, 6 * n
+    spheres = doubles_at(w.sweep)
     for i in range(w.whole_count):
         s = shape_at(w.shapes, i)
-        if s.kind < PLANE and not is_part(s):
-            wide = 2.0 * (bounding_radius(s) + body_at(w.bodies, s.body).margin)
-            level = max(ceil(log2(wide / smallest) - 1e-9), 0)  # cells of level 0 are as wide as the smallest shape
-            levels |= 1 << level
-            moving |= 0 if body_at(w.bodies, s.body).inverse_mass == 0.0 else 1 << level
-            set_whole(w.grid, cells + shapes + i, level)
-            x, y, z = cell_of(w, i, smallest * 2.0**level)
-            key = key_of(x, y, z, level)
-            cell = hash_of(key, cells)
-            set_whole(w.grid, cells + 3 * shapes + i, key)
-            set_whole(w.grid, cells + i, whole_at(w.grid, cell))
-            set_whole(w.grid, cell, i)
-    for i in range(w.whole_count):
-        s = shape_at(w.shapes, i)
-        if is_part(s):
-            continue
         if s.kind == TANGENT:
             list_pair(w, s.partner, i)
-            continue
-        if s.kind >= PLANE:
-            for j in range(w.whole_count):
-                if shape_at(w.shapes, j).kind < PLANE and not is_part(shape_at(w.shapes, j)):
-                    list_pair(w, max(i, j), min(i, j))
-            continue
-        own = whole_at(w.grid, cells + shapes + i)
-        partners = moving if body_at(w.bodies, s.body).inverse_mass == 0.0 else levels
-        for level in range(own, 63):
-            if partners >> level == 0:
-                break
-            if (partners >> level) & 1:
-                list_around(w, i, level, smallest * 2.0**level, cells)
+        elif s.kind != END and not is_part(s):
+            at, radius = sphere_of(w, s)
+            spheres[begin + count] = at[axis] - radius
+            set_whole(w.sweep, numbers + count, i)
+            count += 1 if at[axis] == at[axis] else 0  # a body that is lost, at NaN, is near nothing
+    sort(spheres, begin, w.sweep, numbers, count)
+    for k in range(count):
+        at, spheres[r + k] = sphere_of(w, shape_at(w.shapes, whole_at(w.sweep, numbers + k)))
+        spheres[x + k], spheres[y + k], spheres[z + k] = at
+    for k in range(count):
+        i, own, at = whole_at(w.sweep, numbers + k), spheres[r + k], (spheres[x + k], spheres[y + k], spheres[z + k])
+        end, j = at[axis] + own, k + 1
+        while j < count and spheres[begin + j] <= end:
+            far, d = own + spheres[r + j], sub(at, (spheres[x + j], spheres[y + j], spheres[z + j]))
+            if dot(d, d) <= far * far:
+                other = whole_at(w.sweep, numbers + j)
+                list_spheres(w, max(i, other), min(i, other))
+            j += 1
 
 
-def list_few(w):
-    """List the shapes that are near, by comparing the spheres around them with each other; those of planes have no end.
+def list_spheres(w, i, j):
+    """List two whole shapes whose spheres overlap, and a capsule's ends, which follow its side, with what is flat."""
+    if shape_at(w.shapes, i).kind > shape_at(w.shapes, j).kind:
+        i, j = j, i
+    both = shape_at(w.shapes, i).kind == SEGMENT and shape_at(w.shapes, j).kind >= BOX
+    for k in range(3 if both else 1):
+        list_pair(w, i + k, j)
 
-    `WORLD.grid`: centres and radii, with margins, and numbers of flat shapes, then of round ones. Ends of capsules,
-    which come last, meet flat shapes only.
-    """
-    spheres, y, z, r = doubles_at(w.grid), w.shape_count, w.cells, w.cells + w.shape_count
-    numbers, flat, count = w.cells + 3 * w.shape_count, 0, 0
-    for stage in range(3):
-        for i in range(w.whole_count):
-            s = shape_at(w.shapes, i)
-            if is_part(s) or stage != (0 if s.kind >= BOX else 2 if s.kind == END else 1):
-                continue
-            if s.kind == TANGENT:
-                list_pair(w, s.partner, i)
-                continue
-            b = body_at(w.bodies, s.body)
-            at, own = add(load(b.position), centre(s, b)), b.margin + (NEVER if s.kind >= PLANE else bounding_radius(s))
-            for k in range(flat if stage == 2 else count):
-                far, d = own + spheres[r + k], sub(at, (spheres[k], spheres[y + k], spheres[z + k]))
-                if dot(d, d) <= far * far:
-                    list_pair(w, i, whole_at(w.grid, numbers + k))
-            if stage < 2:
-                spheres[count], spheres[y + count], spheres[z + count], spheres[r + count] = at[0], at[1], at[2], own
-                set_whole(w.grid, numbers + count, i)
-                count += 1
-                flat += 1 - stage
+
+def longest_axis(w):
+    """Return the number of the axis along which bodies are spread most."""
+    out, longest = 0, 0.0
+    for axis in range(3):
+        low, high = NEVER, -NEVER
+        for i in range(1, w.body_count):
+            x = body_at(w.bodies, i).position[axis]
+            low, high = min(low, x), max(high, x)
+        out, longest = (axis, high - low) if high - low > longest else (out, longest)
+    return out
+
+
+def sphere_of(w, s):
+    """Return the centre of the sphere around a whole shape, and its radius with the margin; of a plane without end."""
+    b = body_at(w.bodies, s.body)
+    radius = NEVER if s.kind >= PLANE else bounding_radius(s)
+    return add(load(b.position), centre(s, b)), b.margin + radius
+
+
+def sort(keys, first, numbers, start, count):
+    """Sort `count` keys from the first one on, and the whole numbers that belong to them, by a comb sort."""
+    gap, swapped = count, True
+    while gap > 1 or swapped:
+        gap, swapped = max(int(gap / SHRINK), 1), False
+        for i in range(count - gap):
+            if keys[first + i] > keys[first + i + gap]:
+                keys[first + i], keys[first + i + gap] = keys[first + i + gap], keys[first + i]
+                own, other = whole_at(numbers, start + i), whole_at(numbers, start + i + gap)
+                set_whole(numbers, start + i, other)
+                set_whole(numbers, start + i + gap, own)
+                swapped = True
 
 
 def list_near_bodies(w):
@@ -224,8 +222,8 @@ def list_near_bodies(w):
 def set_margins(w, time):
     """Set the margins of all bodies for a time [s] at their speed bounds within a step, from their present positions.
 
-    Returns the width [m] of the smallest shape with its margin. A body that is behind in time is not moved first, as
-    its rounding would then depend on margins. The motion that it has to make up for uses part of its margin.
+    A body that is behind in time is not moved first, as its rounding would then depend on margins. The motion that it
+    has to make up for uses part of its margin.
     """
     total = 0.0
     for i in range(w.body_count):
@@ -238,81 +236,42 @@ def set_margins(w, time):
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         b.margin += SLACK * b.size + (0.0 if b.inverse_mass == 0.0 else impact_margin)
-    smallest = NEVER
-    for i in range(w.whole_count):
-        s = shape_at(w.shapes, i)
-        if s.kind < PLANE and not is_part(s):
-            smallest = min(smallest, 2.0 * (bounding_radius(s) + body_at(w.bodies, s.body).margin))
-    return smallest
 
 
 def link_contacts(w):
     """Link the contacts of each shape A into a list; see `pairing.slot_of`."""
-    heads = w.cells + 2 * w.shape_count
     for i in range(w.shape_count):
-        set_whole(w.grid, heads + i, -1)
+        set_whole(w.sweep, i, -1)
     for slot in range(w.slots):
         c = contact_at(w.contacts, slot)
         if c.phase != FREE:
             c.near = -1
-            c.link = whole_at(w.grid, heads + c.shape_a)
-            set_whole(w.grid, heads + c.shape_a, slot)
-
-
-def cell_of(w, i, width):
-    """Return the indices of the cell that contains the centre of shape i; width: of cells [m]."""
-    b = body_at(w.bodies, shape_at(w.shapes, i).body)
-    at = add(load(b.position), centre(shape_at(w.shapes, i), b))
-    return floor(at[0] / width), floor(at[1] / width), floor(at[2] / width)
-
-
-def key_of(x, y, z, level):
-    """Return a number of a cell that no other cell of its level within a million cells' widths has."""
-    return ((x & 0xFFFFF) << 40 | (y & 0xFFFFF) << 20 | (z & 0xFFFFF)) ^ level * 0x1357 << 44
-
-
-def hash_of(key, cells):
-    """Return the place of a cell in a hash table of `cells` entries, a power of two."""
-    return int((types.uint64(key) * types.uint64(0x9E3779B97F4A7C15)) >> types.uint64(32)) & (cells - 1)
-
-
-def list_around(w, i, level, width, cells):
-    """List shape i with the near shapes of a level in the 27 cells around it; pairs of one level only once."""
-    shapes, body = w.shape_count, shape_at(w.shapes, i).body
-    same = whole_at(w.grid, cells + shapes + i) == level
-    x, y, z = cell_of(w, i, width)
-    for n in range(13 if same else 0, 27):  # 13: its own cell; of two cells of a level one is enough
-        key = key_of(x + n // 9 - 1, y + n // 3 % 3 - 1, z + n % 3 - 1, level)
-        j = whole_at(w.grid, hash_of(key, cells))
-        while j >= 0:
-            own = whole_at(w.grid, cells + 3 * shapes + j) == key and whole_at(w.grid, cells + shapes + j) == level
-            if own and (j < i or n != 13 or not same) and shape_at(w.shapes, j).body != body:
-                list_pair(w, max(i, j), min(i, j))
-            j = whole_at(w.grid, cells + j)
+            c.link = whole_at(w.sweep, c.shape_a)
+            set_whole(w.sweep, c.shape_a, slot)
 
 
 def sort_near(w, counts):
     """Sort near pairs of which only shapes, guard and gap are set: by counting for B, then for A, in that order.
 
-    counts: where `WORLD.grid` has room for one number for each shape.
+    counts: where `WORLD.sweep` has room for one number for each shape.
     """
     for by_a in range(2):
         for i in range(w.shape_count):
-            set_whole(w.grid, counts + i, 0)
+            set_whole(w.sweep, counts + i, 0)
         for k in range(w.nears):
             p = near_at(w.near, k)
             place = counts + (p.a if by_a != 0 else p.b)
-            set_whole(w.grid, place, whole_at(w.grid, place) + 1)
+            set_whole(w.sweep, place, whole_at(w.sweep, place) + 1)
         first = 0
         for i in range(w.shape_count):
-            count = whole_at(w.grid, counts + i)
-            set_whole(w.grid, counts + i, first)
+            count = whole_at(w.sweep, counts + i)
+            set_whole(w.sweep, counts + i, first)
             first += count
         for k in range(w.nears):  # fields that are not set yet take the sorted shapes, guards and gaps
             p = near_at(w.near, k)
             place = counts + (p.a if by_a != 0 else p.b)
-            q = near_at(w.near, whole_at(w.grid, place))
-            set_whole(w.grid, place, whole_at(w.grid, place) + 1)
+            q = near_at(w.near, whole_at(w.sweep, place))
+            set_whole(w.sweep, place, whole_at(w.sweep, place) + 1)
             q.body_a, q.body_b, q.pair, q.gap = p.a, p.b, p.guard, p.listed_gap
         for k in range(w.nears):
             p = near_at(w.near, k)

@@ -41,22 +41,16 @@ def can_touch(w, i, j):
 
 
 def list_pair(w, i, j):
-    """List two whole shapes, or their parts, if they make a pair and are near."""
-    if shape_at(w.shapes, i).kind > shape_at(w.shapes, j).kind:
-        i, j = j, i
+    """List two whole shapes, or their parts, if they make a pair and are near; shape i is of no higher kind."""
     sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
     if (not BOX <= sa.kind < PLANE and not meets(sa.kind, sb.kind)) or pair_of(w, i, j) < 0:
         return
     a, b = body_at(w.bodies, sa.body), body_at(w.bodies, sb.body)
     margin, guard = a.margin + b.margin, -1
-    if sb.kind < PLANE or sb.kind == HEIGHT_FIELD:
+    if sb.kind == HEIGHT_FIELD:
         d = add(sub(load(a.position), load(b.position)), sub(geometry.centre(sa, a), geometry.centre(sb, b)))
-        far = margin + geometry.bounding_radius(sa)
-        if sb.kind == HEIGHT_FIELD:
-            x, y, z = local(d, sb, b)  # by how much it is outside of the block:
-            d = max(abs(x) - sb.half[0], 0.0), max(abs(y) - sb.half[1], 0.0), max(z, -sb.half[2] - z, 0.0)
-        else:
-            far += geometry.bounding_radius(sb)
+        (x, y, z), far = local(d, sb, b), margin + geometry.bounding_radius(sa)
+        d = max(abs(x) - sb.half[0], 0.0), max(abs(y) - sb.half[1], 0.0), max(z, -sb.half[2] - z, 0.0)  # outside of it
         if dot(d, d) > far * far:
             return
     if sa.kind >= BOX:
@@ -144,7 +138,7 @@ def root_of(w, i):
 
 def slot_of(w, i, j):
     """Return the slot of the contact of shapes i as A and j as B, or -1; see `listing.link_contacts`."""
-    slot = whole_at(w.grid, w.cells + 2 * w.shape_count + i)
+    slot = whole_at(w.sweep, i)
     while slot >= 0 and contact_at(w.contacts, slot).shape_b != j:
         slot = contact_at(w.contacts, slot).link
     return slot
