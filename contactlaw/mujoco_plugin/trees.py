@@ -87,8 +87,8 @@ def move_tree(head, j, t):
         for k in range(t.count):
             b = body_at(t.bodies, k)
             b.turned += head.step_size * norm(load(b.spin))
-    elif body_at(t.bodies, 0).asleep == 0:
-        world_at(head.world, 0).age = AGED  # how its step is made depends on what is near: lists must show no age
+    elif turn <= STABLE_TURN and body_at(t.bodies, 0).asleep == 0:
+        world_at(head.world, 0).age = AGED  # how it moves depends on what is near: lists show no age unless it whirls
 
 
 def whirls(head, j, t):
