@@ -30,6 +30,7 @@ EXCEEDED = -NEVER  # limit of a guard of which the listed parts no longer do
 ROUNDING = 1e-15  # of the trace of M0^T M
 PRISM_EXCESS = 0.003  # of a cylinder's radius; it is wider than the prism of `gjk.STAVE` by (1 - cos(pi/32))/2 = 0.0024
 SLACK = 0.2  # of a body's smallest radius: part of its margin, and of that of parts, that does not depend on speed
+PARTS_STEPS = 4.0  # steps at the guard's present speed bound, for the margin up to which parts are listed
 LOOKS = 3  # evaluations of a bound on a mean speed to find until when two cores stay apart
 CLEAR_HEIGHT = 0.01  # of A's radius: where A is higher over a separating plane, its gap is taken from that plane
 NEAREST = 1.0 / 16.0  # of the time left: times of impact that are nearer are found for each pair of parts
@@ -46,8 +47,8 @@ def surface_speed(b, time):
     return norm(load(b.velocity)) + spin_bound(b, time) * b.reach + gained
 
 
-def new_guard(w, i, j, time):
-    """Add a guard between whole shapes i and j, with a bound on speeds within a time [s]; return its number.
+def new_guard(w, i, j):
+    """Add a guard between whole shapes i and j, with a bound on speeds within a step; return its number.
 
     Returns -1 if there is no room. The guard's body A has a finite mass; if both have, it is the one of smaller reach.
     """
@@ -70,7 +71,7 @@ def new_guard(w, i, j, time):
     if g.lead < 0:
         own = body_at(w.bodies, g.body_a)
         g.lead, g.next, own.guard = k, own.guard, k
-        update_guard(w, g, time)
+        update_guard(w, g, w.step)
         g.moved = g.lag
     return k
 
@@ -291,18 +292,20 @@ def any_guard_exceeded(w, until, least):
 
     least: time [s] from the bodies' present times that is looked ahead at present speeds, between two steps. If it is
     zero, bounds on speeds count, and guards of bodies whose velocities have not changed are left out: theirs still
-    hold. The limit of a guard that is exceeded becomes EXCEEDED, until its parts are listed anew.
+    hold. The limit of a guard that is exceeded becomes EXCEEDED, until its parts are listed anew; so does that of one
+    which is far too wide for a step that begins, as it was made while a tree whirled.
     """
     out = False
     for k in range(w.guard_count):
         g = guard_at(w.guards, k)
         a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
         if least > 0.0 or a.changed != 0 or b.changed != 0:
-            left = max(until - time_of(a, b), least)
+            left, lead = max(until - time_of(a, b), least), lead_of(w, g)
             if g.lead == k:
                 update_guard(w, g, left)
-            lead = lead_of(w, g)
-            if lead.moved + lead.lag + left * (lead.speed if least == 0.0 else lead.speed_now) > g.limit:
+            rest, way = g.limit - lead.moved - lead.lag, left * (lead.speed if least == 0.0 else lead.speed_now)
+            widest = PARTS_STEPS * (SLACK * (a.size + b.size) + way) if g.unlisted == 0 and left == w.step else NEVER
+            if way > rest or widest < rest < NEVER:
                 g.limit, out = EXCEEDED, True
     return out
 

@@ -11,13 +11,12 @@ from contactlaw.world.data.access import body_at, contact_at, guard_at, link_at,
 from contactlaw.world.data.kinds import BOX, CORNER, EDGE, HEIGHT_FIELD, MEETS, PLANE, SEGMENT, SIDE, SPHERE, TANGENT
 from contactlaw.world.data.records import CLOSED, NEVER, WIDE
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body
-from contactlaw.world.near.guards import SLACK, hinge_separates, lead_of, new_guard, separate
+from contactlaw.world.near.guards import PARTS_STEPS, SLACK, hinge_separates, lead_of, new_guard, separate
 from contactlaw.world.shapes import geometry
 from contactlaw.world.shapes.core import clip, local
 from contactlaw.world.trees.kinematics import is_free
 
-PARTS_STEPS = 4.0  # steps at the guard's present speed bound, for the margin up to which parts are listed
-TREE_PARTS_STEPS = 1.0  # the same in trees, of which each window goes through all near pairs
+TREE_PARTS_STEPS = 1.0  # as PARTS_STEPS, in trees, of which each window goes through all near pairs
 
 
 def meets(kind_a, kind_b):
@@ -57,7 +56,7 @@ def list_pair(w, i, j):
         if hinge_separates(w, i, j):  # costs less than to find where both are nearest
             return
         n, low, high = separate(w, i, j, ZERO, margin)
-        k = -1 if low - high > margin else new_guard(w, i, j, 2.0 * w.step)
+        k = -1 if low - high > margin else new_guard(w, i, j)
         if k >= 0:
             list_by_parts(w, k, n, low, high)
         return
@@ -73,7 +72,7 @@ def list_pair(w, i, j):
     if gap > margin:
         return
     if sa.kind >= SEGMENT or (sb.kind > SEGMENT and sb.kind != PLANE and sb.kind != TANGENT):
-        guard = new_guard(w, i, j, w.step)
+        guard = new_guard(w, i, j)
     for place in range(places):
         add_near(w, i, j + place, guard, gap)
 
@@ -88,8 +87,7 @@ def list_by_parts(w, k, n, low, high):
     g = guard_at(w.guards, k)
     i, j, lead = g.a, g.b, lead_of(w, g)
     a, b, counted = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b), lead.moved - lead.lag
-    free = a.tree == 0 and b.tree == 0
-    steps = PARTS_STEPS if free or w.brief == WIDE else TREE_PARTS_STEPS
+    steps = PARTS_STEPS if (a.tree == 0 and b.tree == 0) or w.brief == WIDE else TREE_PARTS_STEPS
     near = SLACK * (a.size + b.size) + steps * w.step * lead.speed
     if is_built_in(w, i, j, dot(n, n) == 0.0):
         g.limit, g.unlisted = NEVER, 1
@@ -173,9 +171,8 @@ def list_parts(w, shapes, n, top, listing):
             near = norm(d) - s.radius - norm(u) <= far
             if near and geometry.lies_over_face(s, body, other, body_at(w.bodies, other.body), margin):
                 near = slot_of(w, k, j) >= 0  # it touched as it hung over the border: its energy must come back
-            if near:
-                for place in range(geometry.places_of(s, other)):
-                    add_near(w, k, j + place, guard, gap + counted)
+            for place in range(geometry.places_of(s, other) if near else 0):
+                add_near(w, k, j + place, guard, gap + counted)
         k = s.next
 
 
