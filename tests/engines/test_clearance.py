@@ -138,3 +138,18 @@ def test_near_pairs_are_listed_once_in_a_step_where_one_tree_is_pushed_and_anoth
         mujoco.mj_step(model, data)
     assert head_of(data)[1]["kicks"] > 0
     assert head_of(data)[1]["lists"] - before <= 50
+
+
+def test_an_arm_that_whirls_keeps_its_list_of_near_pairs():
+    arm = ""
+    for axis in ("0 1 0", "1 0 0", "0 1 0", "0 0 1"):
+        box = "<geom type='box' size='.03 .04 .08' pos='0 0 -.1'/>"
+        arm = f"<body pos='0 0 -.2'><joint axis='{axis}' damping='.003'/>{box}{arm}</body>"
+    text = "<mujoco><option timestep='.002' integrator='implicitfast'/><worldbody>{}</worldbody></mujoco>"
+    model = load_model(text.format(arm), [("*", "*", ContactPair("rubber", "steel", friction=0.8, restitution=0.5))])
+    data = mujoco.MjData(model)
+    data.qvel[:] = 600.0, -300.0, 400.0, 900.0  # 1.8 rad in a step
+    mujoco.mj_step(model, data)
+    before = int(head_of(data)[1]["lists"])
+    mujoco.mj_step(model, data, 50)
+    assert head_of(data)[1]["lists"] - before < 30  # 57 before
