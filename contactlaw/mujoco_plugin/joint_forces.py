@@ -170,7 +170,7 @@ def read_springs(head, j, t):
     """Read springs, servos and their inertia, and set f to the force at the step's start: Runge-Kutta leaves its end's.
 
     A servo whose force, or that on its joint, is at its limit or zero is none: no position moves it, or it is disabled.
-    Nor is one so damped that it takes FOLLOWS steps to where it pulls.
+    Nor is one so damped that it takes FOLLOWS steps to where it pulls. The force of damping ends where ranges do.
     """
     m, d, x = model_at(head.model, 0), data_at(head.data, 0), vector(t.x, t.v_size)
     damping, springs = vector(t.d, (t.v_size, t.v_size)), vector(t.springs, (t.v_size, t.v_size))
@@ -192,10 +192,15 @@ def read_springs(head, j, t):
         if s.servo < 0:
             continue
         force = doubles_at(d.actuator_force)[s.row]
-        stiffness = -doubles_at(m.actuator_biasprm)[layout.BIAS * s.servo + 1]
-        if force == 0.0 or not stiffness > 0.0 or is_limited(m, s, force):
+        slopes, (low, high) = floats(m.actuator_biasprm, layout.BIAS * s.servo, 3), range_of(m, s)
+        if at_limit(force, (low, high)):
             continue
         read_arms(head, j, t, s)
+        stiffness = -slopes[1]
+        if entry(d.moment_rownnz, s.row) == 1:
+            bound_damping(t, max(-slopes[2], 0.0), low - force, high - force)
+        if force == 0.0 or not stiffness > 0.0:
+            continue
         moves = False
         for k in range(t.v_size):
             if x[k] != 0.0:
@@ -208,6 +213,12 @@ def read_springs(head, j, t):
             add_square(t, t.springs, stiffness)
     for k in range(t.v_size):
         t.sprung = 1 if springs[k, k] != 0.0 else t.sprung
+        axis, v = axis_at(t.axes, k), whole_at(head.places, j.v + k)
+        ends, force = floats(m.jnt_actfrcrange, 2 * entry(m.dof_jntid, v), 2), doubles_at(d.qfrc_actuator)[v]
+        axis.slope = min(axis.slope, max(damping[k, k] - doubles_at(m.dof_damping)[v], 0.0))  # off, the engine has none
+        if axis.slope > 0.0 and ends[0] < ends[1]:
+            axis.least = max(axis.least, min(ends[0] - force, 0.0))
+            axis.most = min(axis.most, max(ends[1] - force, 0.0))
     if head.start != last_state(head):
         gather(head, places_in(head, last_state(head))[0], j.q, vector(t.q, t.q_size))
         pull(t, -1.0, vector(t.f, t.v_size), x)
@@ -219,12 +230,24 @@ def at_limit(force, ends):
     return ends[0] < ends[1] and not ends[0] < (1.0 + EXACT) * force < ends[1]
 
 
-def is_limited(m, s, force):
-    """Return whether the force of a servo is at an end of its range, or that of its tendon."""
-    ends = floats(m.actuator_forcerange, 2 * s.servo, 2)
-    if entry(m.actuator_trntype, s.servo) == layout.TENDON and not at_limit(force, ends):
-        ends = floats(m.tendon_actfrcrange, 2 * entry(m.actuator_trnid, 2 * s.servo), 2)
-    return at_limit(force, ends)
+def range_of(m, s):
+    """Return the range of the force of a servo, within that of its tendon."""
+    own, tendon = floats(m.actuator_forcerange, 2 * s.servo, 2), entry(m.actuator_trnid, 2 * s.servo)
+    low, high = (own[0], own[1]) if own[0] < own[1] else (-inf, inf)
+    ends = floats(m.tendon_actfrcrange, 2 * tendon, 2)
+    if entry(m.actuator_trntype, s.servo) == layout.TENDON and ends[0] < ends[1]:
+        low, high = max(low, ends[0]), min(high, ends[1])
+    return low, high
+
+
+def bound_damping(t, damping, low, high):
+    """Note the damping of a servo of one axis, with the row x, and by how much its force can fall and rise."""
+    x = vector(t.x, t.v_size)
+    for k in range(t.v_size):
+        if x[k] != 0.0:
+            axis, one, other = axis_at(t.axes, k), x[k] * low, x[k] * high
+            axis.slope, axis.least = axis.slope + damping * x[k] * x[k], axis.least + min(one, other)
+            axis.most += max(one, other)
 
 
 def along_row(t, address):
@@ -270,7 +293,7 @@ def change_of_pulls(head, j, t):
         if s.servo >= 0 and entry(m.actuator_trntype, s.servo) == layout.TENDON:
             read_arms(head, j, t, s)
             force, slopes = doubles_at(d.actuator_force)[s.row], floats(m.actuator_biasprm, layout.BIAS * s.servo, 3)
-            force -= 0.0 if is_limited(m, s, force) else slopes[2] * doubles_at(d.actuator_velocity)[s.row]
+            force -= 0.0 if at_limit(force, range_of(m, s)) else slopes[2] * doubles_at(d.actuator_velocity)[s.row]
             for k in range(n):
                 change[k] += force * x[k]
     for k in range(n):

@@ -62,7 +62,8 @@ MODEL = structure("mjModel")[[
     "jnt_limited", "jnt_margin", "jnt_solref", "jnt_solimp", "jnt_stiffness", "dof_jntid", "dof_invweight0",
     "site_type", "site_size", "actuator_biasprm", "actuator_forcerange", "actuator_trntype", "actuator_trnid",
     "jnt_actfrcrange", "tendon_actfrcrange", "tendon_stiffness", "tendon_lengthspring", "tendon_limited",
-    "tendon_range", "tendon_margin", "tendon_solref_lim", "tendon_solimp_lim", "tendon_invweight0", *TENDON_ROWS,
+    "tendon_range", "tendon_margin", "tendon_solref_lim", "tendon_solimp_lim", "tendon_invweight0",
+    "dof_damping", *TENDON_ROWS,
 ]]  # fmt: skip
 data_at: Any = element(DATA)
 model_at: Any = element(MODEL)

@@ -3,7 +3,8 @@
 Forces. All forces on the joints are those that the engine had in its step (applied, springs, actuators, limits, other
 constraints) without the force given for contacts. They are constant within the step, except those in `joint_forces`,
 and except damping: f + D (v - v_f), where D = df/dv is the engine's own derivative of passive and actuator forces, and
-v_f the velocities that it last evaluated forces at (under Runge-Kutta near the end of the step). `free` tells how
+v_f the velocities that it last evaluated forces at (under Runge-Kutta near the end of the step). Damping of a servo
+of one axis keeps to its range, or that of its joint, which an impact would take it far beyond. `free` tells how
 velocities are read and written. Here too the half step uses the engine's acceleration, damping and servos included,
 but without the centripetal terms, with which energy would be gained.
 """
@@ -213,6 +214,7 @@ def read_tree(head, j, t):
         k = whole_at(head.places, j.v + i)
         f[i] = doubles_at(d.qfrc_smooth)[k] + doubles_at(d.qfrc_bias)[k]
         f[i] = f[i] + (doubles_at(d.qfrc_constraint)[k] - doubles_at(head.given)[k])
+        axis_at(t.axes, i).slope, axis_at(t.axes, i).least, axis_at(t.axes, i).most = 0.0, 0.0, 0.0
         clear(springs[i])
         clear(damping[i])
         entries, carrier = entry(m.D_rowadr, k) + entry(m.D_diag, k), i

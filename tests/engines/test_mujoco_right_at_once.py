@@ -270,3 +270,24 @@ def test_a_servo_at_its_force_limit_throws_a_ball_at_the_floor_by_a_constant_for
     left, since = 0.9 * fall * struck, data.time - struck
     assert data.qvel[0] - lag * fall == pytest.approx(left - fall * since, abs=1e-2)
     assert data.qpos[0] == pytest.approx(left * since - 0.5 * fall * since**2 - 0.1, abs=4e-4)
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "RK4"])
+@pytest.mark.parametrize(("servo", "joint"), [('forcerange="-5 5"', ""), ("", 'actuatorfrcrange="-5 5"')])
+def test_a_damped_servo_that_is_struck_resists_by_its_greatest_force(servo, joint, integrator):
+    """Closed form: like masses exchange their speeds of 2 m/s, and a constant force brakes what was at rest."""
+    timestep, speed = 4e-3, 2.0
+    model = load_model(
+        f"""<mujoco><option timestep="{timestep}" integrator="{integrator}" gravity="0 0 0"/><worldbody>
+        <body><joint name="rail" type="slide" axis="1 0 0" {joint}/><geom name="struck" size=".05" mass="1"/></body>
+        <body pos="-.105 0 0"><freejoint/><geom name="ball" size=".05" mass="1"/></body></worldbody>
+        <actuator><position joint="rail" kp="100" kv="1000" {servo}/></actuator></mujoco>""",
+        [("ball", "struck", steel_pair(friction=0.0, restitution=1.0))],
+    )
+    data, lag = mujoco.MjData(model), 0.0 if integrator == "RK4" else 0.5 * timestep
+    data.qvel[1] = speed
+    mujoco.mj_step(model, data, 25)
+    since = data.time - 0.005 / speed
+    assert data.qvel[0] - lag * 5.0 == pytest.approx(speed - 5.0 * since, abs=1e-2)
+    assert data.qpos[0] == pytest.approx(speed * since - 2.5 * since**2, abs=1e-3)
+    assert data.qvel[1] == pytest.approx(0.0, abs=5e-3)

@@ -3,7 +3,8 @@
     (M(q) + E + s D + e^2 K) a + c(q, v) = f - D (v - v_f) - K (u + e v)
 
 M is found from composite rigid bodies, and c, gravity included, from the forces that all bodies need at a = 0
-(Featherstone 2008, chapters 5 and 6). Springs act by the displacement u since the start of the step. The time s (`lag`)
+(Featherstone 2008, chapters 5 and 6). Damping of an axis may have bounds, see `loosen`.
+Springs act by the displacement u since the start of the step. The time s (`lag`)
 makes damping implicit, e (`ease`) springs; they are zero unless `trees.motion` sets them. In M = L^T D L, D here the
 pivots, L has entries only where one degree of freedom carries the other. So an impulse on a body needs a pass over the
 axes that carry it, and its response one pass over all others.
@@ -49,8 +50,9 @@ def accelerate(t):
             a[k] -= dot(e, moment) + dot(s, force)
             linear = add(scale(link.composite_mass, s), cross(e, offset))
             angular = add(to_world(tensor, e), cross(offset, s))
-            axis.inertia = axis.armature + held[k, k] + dot(e, angular) + dot(s, linear) + t.lag * d[k, k]
-            m[k, axis.depth] = axis.inertia = axis.inertia + square * springs[k, k]
+            axis.inertia = axis.armature + held[k, k] + dot(e, angular) + dot(s, linear)
+            axis.inertia = axis.inertia + t.lag * (d[k, k] - axis.loose) + square * springs[k, k]
+            m[k, axis.depth] = axis.inertia
             carrier, path = axis.carrier, path_of(t, k)
             for p in range(axis.depth - 1, -1, -1):
                 j = whole_at(path, p)
@@ -79,7 +81,7 @@ def set_forces(t, d, a):
     for k in range(t.v_size):
         axis = axis_at(t.axes, k)
         j, own = axis.parent, v[k] - v_f[k]
-        a[k] = f[k] - d[k, k] * own
+        a[k] = f[k] - d[k, k] * own + loosen(axis, own)
         while j >= 0 and t.coupled != 0:
             a[k] -= d[k, j] * (v[j] - v_f[j])
             a[j] -= d[k, j] * own
@@ -90,6 +92,14 @@ def set_forces(t, d, a):
             a[k] += row[k] * limit.force
     if t.held == 0.0:
         pull(t, 1.0, a, vector(t.x, t.v_size))
+
+
+def loosen(axis, change):
+    """Return the force that damping at its bounds lacks, of a change of velocity since v_f."""
+    full = axis.slope * change
+    lack = full - min(max(full, -axis.most), -axis.least)
+    axis.loose = axis.slope if lack != 0.0 else 0.0
+    return lack
 
 
 def pull(t, time, out, u):

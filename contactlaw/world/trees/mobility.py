@@ -233,6 +233,7 @@ def add_damping(b):
     for k in range(n):
         for i in range(n):
             out[k, i] += t.stage * d[k, i] + square * springs[k, i]
+        out[k, k] -= t.stage * axis_at(t.axes, k).loose
     limits.add_slopes(t, t.stage, out)
 
 
@@ -242,10 +243,10 @@ def resist(t, force):
     Springs keep the force of the start, unless they are too stiff for that.
     """
     n, d = t.v_size, vector(t.d, (t.v_size, t.v_size))
-    v, v0 = vector(t.v, n), vector(t.start + 8 * t.q_size, n)
+    v, v0, v_f = vector(t.v, n), vector(t.start + 8 * t.q_size, n), vector(t.v_f, n)
     for k in range(n):
-        first, end = (0, n) if t.coupled != 0 else (k, k + 1)
-        force[k] = 0.0
+        axis, (first, end) = axis_at(t.axes, k), (0, n) if t.coupled != 0 else (k, k + 1)
+        force[k] = -dynamics.loosen(axis, v0[k] - v_f[k]) + dynamics.loosen(axis, v[k] - v_f[k])
         for i in range(first, end):
             force[k] -= d[k, i] * (v[i] - v0[i])
     if is_stiff(t):
