@@ -15,7 +15,7 @@ from contactlaw.jit import jit_inline, jit_module
 from contactlaw.laws.hertz import BY_ITSELF
 from contactlaw.laws.rolling import stiffness
 from contactlaw.memory import whole_at
-from contactlaw.world.bodies.motion import angular_momentum, spin_change, velocity_at
+from contactlaw.world.bodies.motion import angular_momentum, closing_at, spin_change, velocity_at
 from contactlaw.world.contacts import force
 from contactlaw.world.contacts.substep import force_of, measure
 from contactlaw.world.contacts.touch import begin_contact
@@ -131,8 +131,9 @@ def evaluate_contact(w, r, span, again):
     evaluated since it was saved. An open pair that overlaps there is closed. Returns whether the contact has moved by
     more than its tolerance since the last iteration, and the residual [m/s] of such a motion.
 
-    In the first of two stages a contact moves by b times its present rates, not to where its bodies are: stiff, it
-    would hold V along the chord of a curved path. A ball in a bowl would lose (omega h)^2 of its energy in a step.
+    In the first of two stages a contact moves by b times its present rates, and an open pair closes by them, not where
+    the bodies are: stiff, it would hold V along the chord of a curved path. A ball in a bowl would lose (omega h)^2 of
+    its energy in a step, and a pin strike the other side of its slot.
     """
     stage, time = span
     p = near_at(w.near, r.near)
@@ -142,7 +143,9 @@ def evaluate_contact(w, r, span, again):
             return False, NEVER
         if p.places > 1 and takes_known_gap(w, p, -1.0):
             return False, NEVER
-        overlap, _, _, _ = meet_near(w, p, a, b)
+        overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
+        if time < w.step:
+            overlap = min(overlap, stage * closing_at(a, arm_a, b, arm_b, n) - p.gap)
         if overlap <= 0.0 or not begin_contact(w, r.near, min(-p.gap, 0.0)):
             return False, NEVER
         r.slot, r.fresh = p.slot, 1
@@ -159,7 +162,7 @@ def evaluate_contact(w, r, span, again):
     across = stage * sqrt((slide[0] - r.slide[0]) ** 2 + (slide[1] - r.slide[1]) ** 2)
     store(r.slide, slide)
     r.closing = t.closing = -dot(u, n)
-    if time < w.step and r.fresh == 0:
+    if time < w.step:
         t.overlap = t.before + stage * t.closing
         store(c.moved, scale(stage, slide))
     rounding = ROUNDING * (rounding_scale(n, a) + rounding_scale(n, b))
