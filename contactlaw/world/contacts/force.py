@@ -137,7 +137,7 @@ def slopes(w, c, slot, moved, slide, stage):
     if c.torsion.span == 0.0 and slid > yielding and slips_fully(t):
         press(t, law_of(w, pair_at(w.pairs, c.pair)), 0.0)
         t.overlap, t.closing = overlap, closing
-        normal, size = (t.force - force) / way, 1.0 / sqrt(f * f + g * g)
+        normal, size = (t.force - force) / way, 1.0 / sqrt(f * f + g * g + 1e-300)
         x, y, across = size * f, size * g, t.friction * force / (slid + yielding)
         limit = t.friction * normal
         return normal, limit * x, limit * y, across * y * y, -across * x * y, -across * x * y, across * x * x, 0.0
