@@ -112,7 +112,7 @@ def foresee_limits(head, j, t):
     for k in range(t.v_size):
         v = whole_at(head.places, j.v + k)
         one = entry(m.dof_jntid, v)
-        if load_int(types.uintp(m.jnt_limited) + types.uintp(one)) & 255 and v == entry(m.jnt_dofadr, one):
+        if is_set(m.jnt_limited, one) and v == entry(m.jnt_dofadr, one):
             q, ends, end, x[k] = 1 + entry(m.jnt_qposadr, one), floats(m.jnt_range, 2 * one, 2), k + 1, 1.0
             at, low, high = doubles_at(state)[q], ends[0], ends[1]
             if entry(m.jnt_type, one) == BALL:
@@ -122,7 +122,7 @@ def foresee_limits(head, j, t):
             addresses = m.jnt_margin, m.jnt_solref, m.jnt_solimp
             foresee(head, t, (k, end), (at - low, high - at), addresses, one, doubles_at(m.dof_invweight0)[v])
     for one in range(m.ntendon):
-        if load_int(types.uintp(m.tendon_limited) + types.uintp(one)) & 255:  # of bytes
+        if is_set(m.tendon_limited, one):
             read_tendon(head, j, t, one, False)
             at, ends = doubles_at(d.ten_length)[one], floats(m.tendon_range, 2 * one, 2)
             addresses, weights = (m.tendon_margin, m.tendon_solref_lim, m.tendon_solimp_lim), m.tendon_invweight0
@@ -193,20 +193,19 @@ def read_springs(head, j, t):
             continue
         force = doubles_at(d.actuator_force)[s.row]
         slopes, (low, high) = floats(m.actuator_biasprm, layout.BIAS * s.servo, 3), range_of(m, s)
-        if at_limit(force, (low, high)):
+        if at_limit(force, (low, high)) or not is_on(m, s):
             continue
         read_arms(head, j, t, s)
         stiffness = -slopes[1]
-        if entry(d.moment_rownnz, s.row) == 1:
-            bound_damping(t, max(-slopes[2], 0.0), low - force, high - force)
+        if slopes[2] < 0.0 and entry(d.moment_rownnz, s.row) == 1:
+            bound_damping(t, -slopes[2], low - force, high - force)
         if force == 0.0 or not stiffness > 0.0:
             continue
         moves = False
         for k in range(t.v_size):
             if x[k] != 0.0:
                 v = whole_at(head.places, j.v + k)
-                limits = floats(m.jnt_actfrcrange, 2 * entry(m.dof_jntid, v), 2)
-                if at_limit(doubles_at(d.qfrc_actuator)[v], limits):
+                if at_limit(doubles_at(d.qfrc_actuator)[v], range_on(m, v)):
                     x[k] = 0.0
                 moves = moves or FOLLOWS * head.step_size * stiffness * x[k] * x[k] > damping[k, k]
         if moves:
@@ -214,15 +213,36 @@ def read_springs(head, j, t):
     for k in range(t.v_size):
         t.sprung = 1 if springs[k, k] != 0.0 else t.sprung
         axis, v = axis_at(t.axes, k), whole_at(head.places, j.v + k)
-        ends, force = floats(m.jnt_actfrcrange, 2 * entry(m.dof_jntid, v), 2), doubles_at(d.qfrc_actuator)[v]
-        axis.slope = min(axis.slope, max(damping[k, k] - doubles_at(m.dof_damping)[v], 0.0))  # off, the engine has none
-        if axis.slope > 0.0 and ends[0] < ends[1]:
-            axis.least = max(axis.least, min(ends[0] - force, 0.0))
-            axis.most = min(axis.most, max(ends[1] - force, 0.0))
+        (low, high), force = range_on(m, v), doubles_at(d.qfrc_actuator)[v]
+        axis.slope = 0.0 if at_limit(force, (low, high)) else axis.slope  # the engine leaves it out of D
+        axis.least, axis.most = max(axis.least, min(low - force, 0.0)), min(axis.most, max(high - force, 0.0))
     if head.start != last_state(head):
         gather(head, places_in(head, last_state(head))[0], j.q, vector(t.q, t.q_size))
         pull(t, -1.0, vector(t.f, t.v_size), x)
         gather(head, places_in(head, head.start)[0], j.q, vector(t.q, t.q_size))
+
+
+def is_on(m, s):
+    """Return whether a servo acts: actuators are not disabled, nor is its group."""
+    group = entry(m.actuator_group, s.servo)
+    off = 0 <= group <= layout.LAST_GROUP and (m.opt.disableactuator >> group) & 1 != 0
+    return m.opt.disableflags & layout.NO_ACTUATION == 0 and not off
+
+
+def is_set(flags, row):
+    """Return whether a flag of a row of the model is set; flags: address of an array of bytes."""
+    return load_int(types.uintp(flags) + types.uintp(row)) & 255 != 0
+
+
+def ends_of(flags, ranges, row):
+    """Return the range of a row of the model, without end if its flag is not set."""
+    ends = floats(ranges, 2 * row, 2)
+    return (ends[0], ends[1]) if is_set(flags, row) else (-inf, inf)
+
+
+def range_on(m, v):
+    """Return the range of the force of actuators on the joint of a velocity of the model."""
+    return ends_of(m.jnt_actfrclimited, m.jnt_actfrcrange, entry(m.dof_jntid, v))
 
 
 def at_limit(force, ends):
@@ -232,10 +252,9 @@ def at_limit(force, ends):
 
 def range_of(m, s):
     """Return the range of the force of a servo, within that of its tendon."""
-    own, tendon = floats(m.actuator_forcerange, 2 * s.servo, 2), entry(m.actuator_trnid, 2 * s.servo)
-    low, high = (own[0], own[1]) if own[0] < own[1] else (-inf, inf)
-    ends = floats(m.tendon_actfrcrange, 2 * tendon, 2)
-    if entry(m.actuator_trntype, s.servo) == layout.TENDON and ends[0] < ends[1]:
+    low, high = ends_of(m.actuator_forcelimited, m.actuator_forcerange, s.servo)
+    if entry(m.actuator_trntype, s.servo) == layout.TENDON:
+        ends = ends_of(m.tendon_actfrclimited, m.tendon_actfrcrange, entry(m.actuator_trnid, 2 * s.servo))
         low, high = max(low, ends[0]), min(high, ends[1])
     return low, high
 

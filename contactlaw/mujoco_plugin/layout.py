@@ -63,7 +63,7 @@ MODEL = structure("mjModel")[[
     "site_type", "site_size", "actuator_biasprm", "actuator_forcerange", "actuator_trntype", "actuator_trnid",
     "jnt_actfrcrange", "tendon_actfrcrange", "tendon_stiffness", "tendon_lengthspring", "tendon_limited",
     "tendon_range", "tendon_margin", "tendon_solref_lim", "tendon_solimp_lim", "tendon_invweight0",
-    "dof_damping", *TENDON_ROWS,
+    "actuator_forcelimited", "jnt_actfrclimited", "tendon_actfrclimited", "actuator_group", *TENDON_ROWS,
 ]]  # fmt: skip
 data_at: Any = element(DATA)
 model_at: Any = element(MODEL)
@@ -73,6 +73,8 @@ BIAS = int(mujoco.mjNBIAS)  # parameters of an actuator's bias
 NO_GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
 NO_CONTACT = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
 NO_LIMIT = int(mujoco.mjtDisableBit.mjDSBL_LIMIT)
+NO_ACTUATION = int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
+LAST_GROUP = 30  # of actuators that `mjOption.disableactuator` may switch off
 REF_UNSAFE = int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
 NO_SPRING = int(mujoco.mjtDisableBit.mjDSBL_SPRING)
 NO_PASSIVE = NO_SPRING | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)

@@ -273,13 +273,25 @@ def test_a_servo_at_its_force_limit_throws_a_ball_at_the_floor_by_a_constant_for
 
 
 @pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "RK4"])
-@pytest.mark.parametrize(("servo", "joint"), [('forcerange="-5 5"', ""), ("", 'actuatorfrcrange="-5 5"')])
+@pytest.mark.parametrize(
+    ("servo", "joint"),
+    [
+        ('forcerange="-5 5"', ""),
+        ("", 'actuatorfrcrange="-5 5"'),
+        ('forcerange="-5 5"/><position joint="rail" kp="1"', ""),
+        ('forcerange="-5 5"/><position joint="rail" kp="1e3" kv="1e4" group="3"', ""),
+    ],
+)
 def test_a_damped_servo_that_is_struck_resists_by_its_greatest_force(servo, joint, integrator):
-    """Closed form: like masses exchange their speeds of 2 m/s, and a constant force brakes what was at rest."""
+    """Closed form: like masses exchange their speeds of 2 m/s, and a constant force brakes what was at rest.
+
+    So it does beside a servo without damping, or in a group that is switched off.
+    """
     timestep, speed = 4e-3, 2.0
     model = load_model(
-        f"""<mujoco><option timestep="{timestep}" integrator="{integrator}" gravity="0 0 0"/><worldbody>
-        <body><joint name="rail" type="slide" axis="1 0 0" {joint}/><geom name="struck" size=".05" mass="1"/></body>
+        f"""<mujoco><option timestep="{timestep}" integrator="{integrator}" gravity="0 0 0" actuatorgroupdisable="3"/>
+        <worldbody><body><joint name="rail" type="slide" axis="1 0 0" {joint}/>
+        <geom name="struck" size=".05" mass="1"/></body>
         <body pos="-.105 0 0"><freejoint/><geom name="ball" size=".05" mass="1"/></body></worldbody>
         <actuator><position joint="rail" kp="100" kv="1000" {servo}/></actuator></mujoco>""",
         [("ball", "struck", steel_pair(friction=0.0, restitution=1.0))],
@@ -291,3 +303,22 @@ def test_a_damped_servo_that_is_struck_resists_by_its_greatest_force(servo, join
     assert data.qvel[0] - lag * 5.0 == pytest.approx(speed - 5.0 * since, abs=1e-2)
     assert data.qpos[0] == pytest.approx(speed * since - 2.5 * since**2, abs=1e-3)
     assert data.qvel[1] == pytest.approx(0.0, abs=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("servo", "joint"),
+    [('forcerange="-5 5" forcelimited="false"', ""), ("", 'actuatorfrcrange="-5 5" actuatorfrclimited="false"')],
+)
+def test_a_damped_servo_whose_range_is_off_resists_without_end(servo, joint):
+    """As with a time constant of 1 ms: what moves at 2 m/s stops after 2 mm."""
+    model = load_model(
+        f"""<mujoco><option timestep="4e-3" integrator="implicitfast" gravity="0 0 0"/>
+        <worldbody><body><joint name="rail" type="slide" axis="1 0 0" {joint}/><geom name="struck" size=".05" mass="1"/>
+        </body><body pos="-.105 0 0"><freejoint/><geom name="ball" size=".05" mass="1"/></body></worldbody>
+        <actuator><velocity joint="rail" kv="1000" {servo}/></actuator></mujoco>""",
+        [("ball", "struck", steel_pair(friction=0.0, restitution=1.0))],
+    )
+    data = mujoco.MjData(model)
+    data.qvel[1] = 2.0
+    mujoco.mj_step(model, data, 25)
+    assert data.qpos[0] == pytest.approx(2e-3, rel=0.02)

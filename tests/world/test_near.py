@@ -164,3 +164,22 @@ def test_a_ball_thrown_from_afar_meets_two_that_touch_by_rounding(masses, speed:
     row.add_contact(shapes, shapes, ContactPair("steel", "steel", friction=0.0))
     row.step()
     assert (np.diff(row.position[:, 0]) > 0.0399).all()
+
+
+def test_a_body_that_is_lost_is_near_nothing() -> None:
+    """All others meet as without it: what is not a number has no place in the order of a sweep."""
+    speeds = []
+    for lost in (False, True):
+        world, balls = World(timestep=1e-3), []
+        for k in range(9):
+            place = 0.2 * ((7 * k) % 9)
+            balls.append(world.add_sphere(world.add_body(0.5, 1e-4, (place, 0.0, 0.0)), 0.025))
+            body = world.add_body(0.5, 1e-4, (place + 0.06, 0.0, 0.0), (-1.0, 0.0, 0.0))
+            balls.append(world.add_sphere(body, 0.025))
+        balls.append(world.add_sphere(world.add_body(0.5, 1e-4, (0.7, 3.0, 1.0)), 0.025))
+        world.add_contact(balls, balls, ContactPair("steel", "steel", friction=0.3, restitution=0.5))
+        world.arrays.bodies["spin"][-1] = np.nan if lost else 0.0
+        world.step(30)
+        speeds.append(world.velocity[:-1, 0])
+    np.testing.assert_array_equal(*speeds)
+    assert np.all(speeds[0] < 0.0)

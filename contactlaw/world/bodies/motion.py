@@ -30,7 +30,7 @@ def fly(b, until):
             return
         drift(b, until - b.time)
         settle(b)
-        b.placed = 0
+        b.placed = 0  # it has come here by motion
     b.time = until
 
 

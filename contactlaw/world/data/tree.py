@@ -90,7 +90,8 @@ AXIS = record(
     armature="f8",  # [kg] or [kg m^2], inertia of the joint itself
     inertia="f8", inverse="f8",  # its diagonal entry of the mass matrix; inverse pivot of the factor
     root="f8",  # of that
-    # slope of its damping that has bounds; least and greatest change of that force since v_f; slope that is at a bound
+    # slope of its damping by servos that have a range [N s/m], [N m s]; how far their force may fall and rise from that
+    # at v_f [N], [N m]; that slope while they are at an end, else zero
     slope="f8", least="f8", most="f8", loose="f8",
     spin=VECTOR, velocity=VECTOR,  # Jacobian: spin of all it carries and its velocity at the origin, by unit speed
 )  # fmt: skip

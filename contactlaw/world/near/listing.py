@@ -131,11 +131,14 @@ def list_within(w, steps):
     """List the shapes that are near within margins for a number of steps.
 
     `WORLD.sweep`, by shapes: first contacts, see `link_contacts`; of each sphere where it begins, its centre, radius
-    with margin, and shape.
+    with margin, and shape. Spheres that stand still are left out where none that moves is.
     """
     set_margins(w, steps * w.step)
     w.nears, w.guard_count = 0, 0
-    n, axis, count = w.shape_count, longest_axis(w), 0
+    n, count, axis = w.shape_count, 0, 0
+    moving = moving_range(w, 0), moving_range(w, 1), moving_range(w, 2)
+    for k in range(1, 3):
+        axis = k if moving[k][1] - moving[k][0] > moving[axis][1] - moving[axis][0] else axis
     begin, x, y, z, r, numbers = n, 2 * n, 3 * n, 4 * n, 5 * n, 6 * n
     spheres = doubles_at(w.sweep)
     for i in range(w.whole_count):
@@ -144,9 +147,12 @@ def list_within(w, steps):
             list_pair(w, s.partner, i)
         elif s.kind != END and not is_part(s):
             at, radius = sphere_of(w, s)
+            meets = True  # not if it is lost, at NaN
+            for k in range(3):
+                meets = meets and at[k] - radius <= moving[k][1] and at[k] + radius >= moving[k][0]
             spheres[begin + count] = at[axis] - radius
             set_whole(w.sweep, numbers + count, i)
-            count += 1 if at[axis] == at[axis] else 0  # a body that is lost, at NaN, is near nothing
+            count += 1 if meets else 0
     sort(spheres, begin, w.sweep, numbers, count)
     for k in range(count):
         at, spheres[r + k] = sphere_of(w, shape_at(w.shapes, whole_at(w.sweep, numbers + k)))
@@ -171,16 +177,16 @@ def list_spheres(w, i, j):
         list_pair(w, i + k, j)
 
 
-def longest_axis(w):
-    """Return the number of the axis along which bodies are spread most."""
-    out, longest = 0, 0.0
-    for axis in range(3):
-        low, high = NEVER, -NEVER
-        for i in range(1, w.body_count):
-            x = body_at(w.bodies, i).position[axis]
-            low, high = min(low, x), max(high, x)
-        out, longest = (axis, high - low) if high - low > longest else (out, longest)
-    return out
+def moving_range(w, axis):
+    """Return where the spheres begin and end along an axis of what contacts can move."""
+    low, high = NEVER, -NEVER
+    for i in range(w.whole_count):
+        s = shape_at(w.shapes, i)
+        if body_at(w.bodies, s.body).inverse_mass != 0.0 and s.kind != END and not is_part(s):
+            at, radius = sphere_of(w, s)
+            if at[axis] - radius <= at[axis] + radius:
+                low, high = min(low, at[axis] - radius), max(high, at[axis] + radius)
+    return low, high
 
 
 def sphere_of(w, s):
@@ -231,7 +237,7 @@ def set_margins(w, time):
         store(b.listed_position, load(b.position))
         b.turned, b.guard = 0.0, -1
         b.margin = 0.0 if b.still != 0 else time * surface_speed(b, w.step)
-        total += b.margin
+        total += b.margin if b.margin < NEVER else 0.0  # of a body that is lost
     impact_margin = total / w.body_count if w.body_count > MANY_BODIES else 0.0
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
