@@ -158,7 +158,10 @@ def slopes(w, c, slot, moved, slide, stage):
 
 
 def slide_to_slip(t, friction):
-    """Return the displacement [m] from rest at which a contact under a constant load begins to slip as a whole."""
+    """Return the displacement [m] from rest at which a contact under a constant load begins to slip as a whole.
+
+    friction: coefficient that counts, that of the contact or what spin leaves of it.
+    """
     return friction * t.e_star / t.g_star * t.overlap
 
 

@@ -136,9 +136,9 @@ def list_within(w, steps):
     set_margins(w, steps * w.step)
     w.nears, w.guard_count = 0, 0
     n, count, axis = w.shape_count, 0, 0
-    moving = moving_range(w, 0), moving_range(w, 1), moving_range(w, 2)
+    low, high = moving_box(w)
     for k in range(1, 3):
-        axis = k if moving[k][1] - moving[k][0] > moving[axis][1] - moving[axis][0] else axis
+        axis = k if high[k] - low[k] > high[axis] - low[axis] else axis
     begin, x, y, z, r, numbers = n, 2 * n, 3 * n, 4 * n, 5 * n, 6 * n
     spheres = doubles_at(w.sweep)
     for i in range(w.whole_count):
@@ -149,7 +149,7 @@ def list_within(w, steps):
             at, radius = sphere_of(w, s)
             meets = True  # not if it is lost, at NaN
             for k in range(3):
-                meets = meets and at[k] - radius <= moving[k][1] and at[k] + radius >= moving[k][0]
+                meets = meets and at[k] - radius <= high[k] and at[k] + radius >= low[k]
             spheres[begin + count] = at[axis] - radius
             set_whole(w.sweep, numbers + count, i)
             count += 1 if meets else 0
@@ -177,15 +177,16 @@ def list_spheres(w, i, j):
         list_pair(w, i + k, j)
 
 
-def moving_range(w, axis):
-    """Return where the spheres begin and end along an axis of what contacts can move."""
-    low, high = NEVER, -NEVER
+def moving_box(w):
+    """Return the least and the greatest coordinates of the spheres of all that contacts can move."""
+    low, high = (NEVER, NEVER, NEVER), (-NEVER, -NEVER, -NEVER)
     for i in range(w.whole_count):
         s = shape_at(w.shapes, i)
         if body_at(w.bodies, s.body).inverse_mass != 0.0 and s.kind != END and not is_part(s):
-            at, radius = sphere_of(w, s)
-            if at[axis] - radius <= at[axis] + radius:
-                low, high = min(low, at[axis] - radius), max(high, at[axis] + radius)
+            (x, y, z), r = sphere_of(w, s)
+            if x + y + z - r < NEVER:  # it is not lost
+                low = min(low[0], x - r), min(low[1], y - r), min(low[2], z - r)
+                high = max(high[0], x + r), max(high[1], y + r), max(high[2], z + r)
     return low, high
 
 

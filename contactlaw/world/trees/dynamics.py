@@ -3,11 +3,10 @@
     (M(q) + E + s D + e^2 K) a + c(q, v) = f - D (v - v_f) - K (u + e v)
 
 M is found from composite rigid bodies, and c, gravity included, from the forces that all bodies need at a = 0
-(Featherstone 2008, chapters 5 and 6). Damping of an axis may have bounds, see `loosen`.
-Springs act by the displacement u since the start of the step. The time s (`lag`)
-makes damping implicit, e (`ease`) springs; they are zero unless `trees.motion` sets them. In M = L^T D L, D here the
-pivots, L has entries only where one degree of freedom carries the other. So an impulse on a body needs a pass over the
-axes that carry it, and its response one pass over all others.
+(Featherstone 2008, chapters 5 and 6). Damping of an axis may have bounds, see `loosen`. Springs act by the displacement
+u since the start of the step. The time s (`lag`) makes damping implicit, e (`ease`) springs; they are zero unless
+`trees.motion` sets them. In M = L^T D L, D here the pivots, L has entries only where one degree of freedom carries the
+other. So an impulse on a body needs a pass over the axes that carry it, and its response one pass over all others.
 
 A soft constraint between two branches, or between two trees that it makes one system, couples axes of which none
 carries the other. Then the axes that a row has entries of are those above it in the elimination tree
