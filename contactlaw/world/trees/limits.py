@@ -26,7 +26,6 @@ from contactlaw.world.data.access import axis_at, limit_at
 from contactlaw.world.trees.dynamics import row_of, solve_ld, solve_lt
 from contactlaw.world.trees.kinematics import add_multiple, displace, entries, vector
 
-HELD = -1  # value of `LIMIT.reached`: dry friction of a tree that no contact has kicked in this step
 SWEEPS, SETTLED = 100, 1e-3  # at most; share of its impulse by which a row may be off after the last
 
 
@@ -70,24 +69,23 @@ def find(t, change, time, ahead, kicks):
     z, v, a = vector(t.room + 16 * n, n), vector(t.v, n), vector(t.a, n)
     displace(t, z)
     for i in range(t.limited):
-        limit, own = limit_at(t.limits, i), along(t, i, v)
-        limit.rest = along(t, i, a) if kicks else 0.0
-        own -= 0.5 * t.held * limit.rest
-        r = limit.gap + along(t, i, z) + ahead * own
-        limit.speed, limit.push = own, time * (-limit.stiffness * r - limit.resistance * own - limit.force)
+        limit = limit_at(t.limits, i)
+        r = limit.gap + along(t, i, z) + (ahead * along(t, i, v) if ahead > 0.0 else 0.0)
         limit.reached, limit.given = 1 if r < 0.0 else 0, 0.0
-        if limit.friction > 0.0 and limit.pushes == 0 and not kicks:
-            limit.reached = HELD
-        elif r < 0.0 or limit.force != 0.0:
-            limit.gained, active = along(t, i, change), active + 1
+        held = limit.friction > 0.0 and limit.pushes == 0 and not kicks  # no contact has kicked the tree in this step
+        if (r < 0.0 or limit.force != 0.0) and not held:
+            limit.rest = along(t, i, a) if kicks else 0.0
+            own = along(t, i, v) - 0.5 * t.held * limit.rest
+            limit.speed, limit.push = own, time * (-limit.stiffness * r - limit.resistance * own - limit.force)
+            limit.gained = along(t, i, change)
+            limit_at(t.limits, active).acting, active = i, active + 1
     for k in range(n):
         z[k] = 0.0
     for _ in range(SWEEPS if active > 0 else 0):
         changed = 0
-        for i in range(t.limited):
+        for k in range(active):
+            i = limit_at(t.limits, k).acting
             limit = limit_at(t.limits, i)
-            if limit.reached == HELD or (limit.reached == 0 and limit.force == 0.0):
-                continue
             gained = limit.gained + answer(t, i, z) - limit.mobility * limit.given
             if kicks and limit.pushes == 0 and limit.friction == 0.0:
                 gained = min(limit.speed + gained, 0.0) - min(limit.speed, 0.0)
