@@ -71,7 +71,7 @@ PAIR = record(
 OPEN, SLIDING, SPRUNG, SPUN, UNSHEARED = 0.0, 1.0, 2.0, 3.0, 4.0
 PRESSED, EXPANDING, LASTING = 0.0, 1.0, 2.0
 
-CONTACT_SIZE, PAIR_SIZE = len(CONTACT.names or ()), len(PAIR.names or ())
+PAIR_SIZE = len(PAIR.names or ())
 
 CONTACT_TYPE = numba.from_dtype(CONTACT)
 MEMORY_TYPE = types.Array(types.float64, 2, "C")

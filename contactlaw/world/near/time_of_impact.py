@@ -77,10 +77,8 @@ def find_time(w, p, a, b, now, left):
     if cores_stay_apart(w, p, a, b, left):
         return
     (overlap, n, arm_a, arm_b), _ = meet_within(w, p, a, b, CLEAR_HEIGHT * sa.radius)
-    p.gap = -overlap
-    p.closing = motion.closing_at(a, arm_a, b, arm_b, n)
-    rest = sub(acceleration_of(a), acceleration_of(b))
-    flat = sb.kind >= PLANE
+    p.gap, p.closing = -overlap, motion.closing_at(a, arm_a, b, arm_b, n)
+    rest, flat = sub(acceleration_of(a), acceleration_of(b)), sb.kind >= PLANE
     p.acceleration = -dot(rest, n) if flat else norm(rest)
     p.toi = now
     if overlap > 0.0:

@@ -111,10 +111,8 @@ def length_and_direction(e):
 
 def way_out(p, s):
     """Return minus the depth of a point within a core, and the direction out through the nearest face or the side."""
-    x, y, z = p
-    h = s.half
-    k = h[2] - abs(z)
-    up = 0.0, 0.0, 1.0 if z >= 0.0 else -1.0
+    (x, y, z), h = p, s.half
+    k, up = h[2] - abs(z), (0.0, 0.0, 1.0 if z >= 0.0 else -1.0)
     if s.kind == BOX:
         i, j = h[0] - abs(x), h[1] - abs(y)
         if i <= min(j, k):

@@ -46,8 +46,7 @@ def line_of(s, b):
 
 def within_circle(h, b, radius):
     """Minimise y.H y/2 + b.y over |y| <= radius: (H + t) y = -b, with t >= 0 by Newton's method on 1/|y|."""
-    t = 0.0
-    x, y = 0.0, 0.0
+    t, x, y = 0.0, 0.0, 0.0
     for _ in range(ITERATIONS):
         p, q = h[0] + t, h[2] + t
         det = p * q - h[1] * h[1]

@@ -7,7 +7,7 @@ from contactlaw.jit import jit
 from contactlaw.world.bodies.bounds import LARGEST_TURN, time_to_close, turning_bound
 from contactlaw.world.bodies.motion import change_bound, turn_rate, velocity_at
 from contactlaw.world.data.call import ask_deepest
-from contactlaw.world.data.kinds import DISC, EDGE, PLANE, SEGMENT, SIDE
+from contactlaw.world.data.kinds import CYLINDER, DISC, EDGE, PLANE, SEGMENT, SIDE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub, to_world
 from contactlaw.world.shapes.core import clip, deepest_on_line, excess_of, length_and_direction, local, way_out
@@ -79,29 +79,34 @@ def predict_side(p, sa, a, sb, b, n, arm_a, left):
     present normal. Along it the points of A's middle line x(s) = m + s c, -1 <= s <= 1, have gaps of at least the
     present gap, and at least x(s) - R; they move at speeds linear in s. So the first to close is one of both ends, or
     the point where both bounds are equal. Of a disc or anything wider only the gap and the greatest speed of all points
-    are used. Accelerations relative to B are bounded.
+    are used. Accelerations relative to B are bounded. A cylinder is where it is however it turns about its axis: it
+    counts as turning about that as the other shape does, so that what rolls does not come nearer.
     """
     from_a, u = centre(sa, a), half_axis(sa, a)
     from_b = add(from_a, sub(load(a.position), load(b.position)))
-    half = norm(u)
+    half, rate_a, rate_b = norm(u), turn_rate(a), turn_rate(b)
+    reach_a, reach_b = norm(from_a) + half, norm(from_b) + half
     moving = sub(velocity_at(a, from_a), velocity_at(b, from_b))
     turning = sub(load(a.spin), load(b.spin))
+    if sb.kind == CYLINDER:
+        axis, off = to_world(b.axes, to_world(sb.axes, (0.0, 0.0, 1.0))), sub(from_b, centre(sb, b))
+        own = dot(turning, axis)
+        moving, turning = axpy(-own, cross(axis, off), moving), axpy(-own, axis, turning)
+        rate_b, reach_b = rate_b + abs(own), reach_b + 2.0 * norm(off)
+    if sa.kind == DISC or sa.kind == SIDE:
+        axis = to_world(a.axes, load(sa.normal))
+        own = dot(turning, axis)
+        turning, rate_a = axpy(-own, axis, turning), rate_a + abs(own)
     middle, along, rises, height = -dot(moving, n), norm(cross(turning, n)) * half, 0.0, p.gap
     if sa.kind < DISC:
         along, rises, height = -dot(cross(turning, u), n), dot(u, n), dot(sub(from_a, arm_a), n) - sa.radius
-    reach_a, reach_b = norm(from_a) + half, norm(from_b) + half
-    rate_a, rate_b = turn_rate(a), turn_rate(b)
-    speed = norm(moving) + (rate_a + rate_b) * half
-    curving = rate_a * rate_a * reach_a + rate_b * rate_b * reach_b + 2.0 * rate_b * speed
+    rate = rate_a + rate_b
+    curving = rate_a * rate_a * reach_a + rate_b * rate_b * reach_b + 2.0 * rate_b * (norm(moving) + rate * half)
     curving += reach_a * turning_bound(a, left) + reach_b * turning_bound(b, left)
-    horizon = left
-    if (rate_a + rate_b) * horizon > LARGEST_TURN:
-        horizon = LARGEST_TURN / (rate_a + rate_b)
+    horizon = LARGEST_TURN / rate if rate * left > LARGEST_TURN else left
     p.acceleration += GROWN * curving + change_bound(a, reach_a, horizon) + change_bound(b, reach_b, horizon)
     p.closing = middle + abs(along)
-    shared = clip((p.gap - height) / rises) if rises != 0.0 else 1.0
     wait = NEVER
-    for s in (-1.0, 1.0, shared):
-        gap = max(p.gap, height + s * rises)
-        wait = min(wait, time_to_close(gap, middle + s * along, p.acceleration))
+    for s in (-1.0, 1.0, clip((p.gap - height) / rises) if rises != 0.0 else 1.0):
+        wait = min(wait, time_to_close(max(p.gap, height + s * rises), middle + s * along, p.acceleration))
     p.toi = p.checked + min(wait, horizon) if wait < left or horizon < left else NEVER
