@@ -135,7 +135,7 @@ class Bodies:
                 one.apply_push()
         STEP_BULLET(self._client)
         if self.flies and self._fly():
-            return 0
+            return 0 if self.flies else rows.LISTED  # what is near is then to be read as a whole
         before, self._after = self._after, self._read_velocities(self._after if self._sleeps else ())
         if self._sleeps:
             if before is self._after:

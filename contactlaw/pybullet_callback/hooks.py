@@ -8,6 +8,7 @@ from contactlaw.jit import jit_module
 from contactlaw.memory import whole_at
 from contactlaw.pybullet_callback import rows
 from contactlaw.world.bodies import motion
+from contactlaw.world.bodies.bounds import closing_along
 from contactlaw.world.bodies.motion import set_axes, spin_rate
 from contactlaw.world.contacts.touch import has_contacts
 from contactlaw.world.data.access import body_at, contact_at, near_at, shape_at, world_at
@@ -15,14 +16,14 @@ from contactlaw.world.data.call import address, call_step, ready
 from contactlaw.world.data.demand import STEP
 from contactlaw.world.data.quaternion import conjugate, load4, product, rotation_vector, store4
 from contactlaw.world.data.records import CLOSED, FREE, NEVER, PUT
-from contactlaw.world.data.vec import add, axpy, dot, load, norm, scale, store, sub
-from contactlaw.world.near.guards import any_guard_exceeded, surface_speed
+from contactlaw.world.data.vec import add, axpy, dot, load, norm, scale, store, sub, to_body
+from contactlaw.world.near.guards import any_guard_exceeded
 from contactlaw.world.near.listing import list_near, may_leave_margin
 from contactlaw.world.near.passing import follow, may_follow, part
 from contactlaw.world.readout import doubts_of
 from contactlaw.world.shapes.geometry import meet
 from contactlaw.world.sleep import is_at_rest
-from contactlaw.world.step import FIND_PRESSED, GROWING_ROOM
+from contactlaw.world.step import FIND_PRESSED, GROWING_ROOM, begin_pairs
 
 UNDOING = 20  # iterations for the spin before a step of Bullet; each reduces the error by the turn in that step
 
@@ -30,14 +31,16 @@ UNDOING = 20  # iterations for the spin before a step of Bullet; each reduces th
 def begin_step(block):
     """Begin a step: read bodies and select those to be pushed; return how many.
 
-    Other results: PASSED: no two bodies can touch in this step or the next, and there is no more to do but `has_flown`
-    after Bullet's step. PLACED: the user has moved bodies. NOT_FINITE. A second call does the same again.
+    Other results: PASSED: no two bodies can touch in this step, and there is no more to do but `has_flown` after
+    Bullet's step. PLACED: the user has moved bodies. NOT_FINITE. A second call does the same again.
     """
     head = rows.head_at(block, 0)
     w = world_at(head.world, 0)
     found = read_bodies(head, w)
     if found != 0:
         return found
+    if head.simple != 0 and has_contacts(w):
+        begin_pairs(w)  # those that parted in the last step
     if head.simple == 0 or has_contacts(w) or w.step != head.dt or not all_pass(head, w):
         return select_pushed(block)
     for k in range(head.singles):
@@ -84,18 +87,18 @@ def read_bodies(head, w):
 
 
 def all_pass(head, w):
-    """Return whether no two bodies can touch in this step or the next; bodies that tumble may.
+    """Return whether no two bodies can touch in this step, even if they stray (`stray_speed`).
 
-    Lists near pairs anew if need be.
+    Those that tumble, or have been moved by more than slight forces, may. Lists near pairs anew if need be.
     """
-    ahead = 2.0 * head.dt
+    dt = head.dt
     for k in range(head.singles):
         b = body_at(w.bodies, k + 1)
         b.still = 1 if motion.is_static(b) else 0
-        if b.still == 0 and rows.tumbles(b, head.dt):
+        if b.still == 0 and (rows.row_at(head.rows, k).forced > 0 or rows.tumbles(b, dt)):
             return False
-        w.stale |= may_leave_margin(b, ahead)
-    if any_guard_exceeded(w, -NEVER, ahead):
+        w.stale |= may_leave_margin(b, dt, stray_speed(b, dt))
+    if any_guard_exceeded(w, -NEVER, 2.0 * dt):
         w.stale = 1
     if w.stale != 0:
         list_near(w)
@@ -105,19 +108,24 @@ def all_pass(head, w):
     for k in range(w.nears):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-        overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
-        if ahead * (surface_speed(a, ahead) + surface_speed(b, ahead)) >= -overlap:
+        overlap, n, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+        _, _, mean = closing_along(a, b, to_body(b.axes, n), dt)
+        if dt * (mean + stray_speed(a, dt) + stray_speed(b, dt)) >= -overlap:
             return False
     return True
+
+
+def stray_speed(b, dt):
+    """Return the mean speed [m/s] by which a body's points may leave its free flight in a step for `has_flown`."""
+    return 0.0 if b.still != 0 else 2.0 * dt * norm(load(b.acceleration)) + 0.5 * norm(load(b.spin)) * b.reach
 
 
 def has_flown(block):
     """After a step in which no two bodies could touch in free flight, and reading of poses: return how it went.
 
     PASSED: nor can they in the next step, which needs no `begin_step`. STRAYED: a body has not flown freely from where
-    it was left. 0: neither. As `all_pass` looks ahead by two steps, and by half of its fall less for a body that rises,
-    free flight includes twice the fall in a step, and half of the turn, more or less than due. Velocities follow from
-    the poses.
+    it was left. 0: neither. Free flight includes twice the fall in a step, and half of the turn, more or less than due,
+    see `stray_speed`. Velocities follow from the poses.
     """
     head = rows.head_at(block, 0)
     w, dt = world_at(head.world, 0), head.dt
@@ -159,7 +167,9 @@ def rewind(block):
         moved = norm(sub(start, load(old.position))) > rows.EXACT * (norm(x) + norm(way))
         store(m.position, start if moved else load(old.position))
         v, left = axpy(-head.dt, load(head.gravity), load(m.velocity)), load(old.velocity)
-        store(m.velocity, v if norm(sub(v, left)) > rows.EXACT * (norm(v) + norm(left)) else left)
+        if norm(sub(v, left)) > rows.EXACT * (norm(v) + norm(left)):
+            left, rows.row_at(head.rows, k).forced = v, 2  # maybe by a force, as the next step tells
+        store(m.velocity, left)
         turn = product(rows.turn_in(head.dt, scale(-1.0, load(m.spin))), rows.quaternion_of(m))
         if norm(rotation_vector(product(turn, conjugate(rows.quaternion_of(old))))) <= rows.EXACT:
             turn = rows.quaternion_of(old)
@@ -290,6 +300,7 @@ def keep_own(head, w):
     for k in range(head.moving):
         r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
         slight = norm(sub(load(b.acceleration), gravity)) <= rows.SLIGHT * norm(gravity)
+        r.forced = max(r.forced - 1, 0) if slight else 1
         own = (r.disturbed == 0 and rows.tumbles(b, head.dt)) or (slight and r.lag != head.dt)
         if b.asleep == 0 and (own or b.pressed != 0):
             b.touched = 1

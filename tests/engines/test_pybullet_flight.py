@@ -160,9 +160,11 @@ def test_a_chain_that_tumbles_in_flight_gains_no_energy(client: int, damping: fl
     assert damping > 0.0 or min(found) > 1.0 - 1e-7
 
 
-def test_a_ball_in_flight_is_read_once_a_step(client: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its velocity follows from its poses."""
-    body = ball(client, UP, [0.3, 0, 1.0])
+@pytest.mark.parametrize("near", [False, True], ids=["far", "along the slab"])
+def test_balls_in_flight_are_read_once_a_step(client: int, monkeypatch: pytest.MonkeyPatch, near: bool) -> None:
+    """Their velocities follow from their poses. Two that fly side by side do not near each other, nor the slab."""
+    places = [[-0.5, y, 0.06] for y in (0.0, 0.06)] if near else [UP]
+    bodies = [ball(client, place, [10.0, 0, 0] if near else [0.3, 0, 1.0]) for place in places]
     calls: Counter[str] = Counter()
 
     def counted(name: str) -> Callable[..., Any]:
@@ -176,13 +178,11 @@ def test_a_ball_in_flight_is_read_once_a_step(client: int, monkeypatch: pytest.M
 
     for name in ("getBasePositionAndOrientation", "getBaseVelocity"):
         monkeypatch.setattr(p, name, counted(name))
-    callback, _ = in_contact(client, body, slab(client), pair_of(), dt=1 / 240, gravity=9.81)
-    for _ in range(5):
-        callback.step()
+    callback, _ = in_contact(client, bodies, [*bodies, slab(client)], pair_of(), dt=1 / 240, gravity=9.81)
+    step(callback, 5)
     calls.clear()
-    for _ in range(10):
-        callback.step()
-    assert calls == {"getBasePositionAndOrientation": 20}  # of ball and slab
+    step(callback, 10)
+    assert calls == {"getBasePositionAndOrientation": 10 * len(bodies) + 10}  # of balls and slab
 
 
 @pytest.mark.parametrize("link", [-1, 0], ids=["ball", "on a joint"])
