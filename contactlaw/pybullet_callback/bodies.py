@@ -66,7 +66,7 @@ class Bodies:
         self._head_at = self._head.ctypes.data
         self.rows["left"]["position"] = np.nan
         self.outdated = False
-        self.dt, self._parameters = 0.0, ()
+        self.dt = 0.0
         self._moving = self._head["moving"] = m = sum(mass_of(key, client)[0] > 0.0 for key in keys[:count])
         motions, after, velocities = np.zeros((count, 13)), np.zeros((m, 7)), np.zeros((m, 6))
         for name, array in (("motions", motions), ("poses", after), ("velocities", velocities)):
@@ -92,7 +92,7 @@ class Bodies:
             self._head[name] = array.ctypes.data
         for one in self.trees:
             one.bind(self.arrays)
-        self.flies = self._sleeps = False
+        self.flies, self._sleeps, self._parameters = False, False, ()
 
     def read_masses(self, these: Iterable[int]) -> None:
         """Read masses and inertias of bodies without joints; wake those that have others than before.
@@ -126,7 +126,7 @@ class Bodies:
         """Step PyBullet, then the world with the accelerations of that step; return as `hooks.write_bodies`."""
         if not self.flies:
             for one in self.trees:
-                one.read(one.start)
+                one.read_start()
             if self._read():
                 self._begin_step()
             for call, values in self._pushes:
@@ -165,6 +165,8 @@ class Bodies:
         if known != self._parameters:
             self.dt, self._parameters = known[0], known
             self._head["dt"], self._head["gravity"] = self.dt, known[1:]
+            for one in self.trees:
+                self.arrays.trees["gravity"][one.number] = known[1:]
 
     def _read(self) -> bool:
         """Read poses and velocities of bodies without joints; return whether one has changed, or is awake.
@@ -186,7 +188,7 @@ class Bodies:
             self._refuse()
         found = pushed == rows.PLACED
         for one in self.trees:
-            found |= one.begin_step(self._head["gravity"][0])
+            found |= one.begin_step()
         if found:
             pushed = self._find_pressed()
         for one in self._measured:

@@ -1,7 +1,9 @@
 """Bodies with joints, and those that constraints join, as trees of a world; `tree_hooks` has what a step does there."""
 
+import struct
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 from math import isfinite
 from typing import Any, NamedTuple
 
@@ -99,8 +101,9 @@ class Tree:
             self._own[name] = own[name].ctypes.data
         self._block = self._own.ctypes.data
         own["left"], own["limit"] = np.nan, np.inf
-        self.start, self.push = (own["start_q"], own["start_v"]), own["push"]  # state at the start of the step
-        self.placed, self._towed, self._stands = False, 0, ()
+        self._write_start = self._writer("start_q", "start_v")
+        self._write_after = self._writer("after_q", "after_v", "torque")
+        self.placed, self._towed = False, 0
         self._tie_rows = np.zeros(len(self.ties), tree_hooks.TIE)
         self._own["ties"], self._own["tie_count"] = self._tie_rows.ctypes.data, len(self.ties)
         for row, one in zip(self._tie_rows, self.ties, strict=True):
@@ -130,6 +133,12 @@ class Tree:
             parts.append(_part(own, joints, carrier, *place))
             self.links.append((body, link))
             self.heads += [(body, link)] * len(joints)
+
+    def _writer(self, *names: str) -> Callable[..., None]:
+        """Return a function that writes arrays, which follow each other in memory, from all their numbers."""
+        own: Any = self.numbers
+        size, at = sum(own[name].size for name in names), own.dtype.fields[names[0]][1]
+        return partial(struct.Struct(f"{size}d").pack_into, memoryview(own.reshape(1).view(np.uint8)), at)
 
     def _axes_of(self, links: Iterable[Key]) -> set[int]:
         """Return the numbers of all axes that move one of some links."""
@@ -182,8 +191,8 @@ class Tree:
         i = self.links.index(key)
         return int(self.rows.row[i]), Pose(self.rows.at[i], self.rows.quaternion[i])
 
-    def read(self, out: tuple[Array, Array]) -> tuple[Array, Array]:
-        """Read coordinates and velocities from PyBullet, and `torque` of the joints' motors."""
+    def read(self) -> tuple[list[float], list[float], list[float]]:
+        """Return coordinates and velocities as PyBullet has them, and torques of the joints' motors."""
         q, v, torques = list[float](), list[float](), list[float]()
         for body, free, links, joints in self._members:
             if free:
@@ -201,9 +210,7 @@ class Tree:
                 hint = " (setJointMotorControl2 makes those of spherical joints so: use setJointMotorControlMultiDof)"
                 spherical = any(kind == BALL for kind, _, _ in joints)
                 raise ValueError(f"body {body}: positions or velocities are not finite{hint if spherical else ''}")
-        self.numbers["torque"][:] = torques
-        out[0][:], out[1][:] = q, v
-        return out
+        return q, v, torques
 
     def write(self, q: Array, v: Array) -> None:
         """Set coordinates and velocities in PyBullet."""
@@ -225,16 +232,23 @@ class Tree:
     def bind(self, world: Arrays) -> None:
         """Find its numbers in the arrays of a world, before each step for which they are others."""
         self._tree, self._world_block = world.trees[self.number], world.world.ctypes.data
-        self._own["tree"] = world.trees.ctypes.data + self.number * world.trees.itemsize
+        self._own["tree"], self._stands = world.trees.ctypes.data + self.number * world.trees.itemsize, ()
 
-    def begin_step(self, gravity: Array) -> bool:
+    def read_start(self) -> None:
+        """Read the state at the start of a step."""
+        q, v, _ = self.read()
+        self._write_start(*q, *v)
+
+    def begin_step(self) -> bool:
         """Take the state at the start of a step; return whether the user has moved it since the last one."""
-        self._tree["gravity"] = gravity
         if not self._members[0].free and len(self._members) == 1:
             stands = p.getBasePositionAndOrientation(self.bodies[0], self._client)
-            self._towed = self._towed + 1 if stands != self._stands else 0
-            self._tree["base"], (x, y, z, w) = self._stands = stands
-            self._tree["base_turn"] = w, x, y, z
+            if stands == self._stands:
+                self._towed = 0
+            else:
+                self._towed += bool(self._stands)
+                self._tree["base"], (x, y, z, w) = self._stands = stands
+                self._tree["base_turn"] = w, x, y, z
             if self._towed == TOWED:
                 warnings.warn(TOWED_TEXT.format(self.bodies[0]), ContactWarning, stacklevel=6)
         self.placed = tree_hooks.take_start(self._block)
@@ -242,13 +256,15 @@ class Tree:
 
     def read_forces(self, dt: float) -> None:
         """After Bullet's step: find the forces on the joints within it."""
-        _, v = self.read((self.numbers["after_q"], self.numbers["after_v"]))
-        if (turn := dt * np.abs(v).max()) > MOST_TURN:
+        q, v, torques = self.read()
+        if (turn := dt * max(map(abs, v))) > MOST_TURN:
             raise ValueError(
                 f"body {self.bodies[0]}: PyBullet's step has brought it to {turn:.3g} rad or m a step: shorten the "
                 "step; or its joints have more damping than Bullet is stable with (changeDynamics: jointDamping)"
             )
-        self.numbers["left_over"][:] = [one.force_left(self._client) for one in self.ties]
+        self._write_after(*q, *v, *torques)
+        if self.ties:
+            self.numbers["left_over"][:] = [one.force_left(self._client) for one in self.ties]
         tree_hooks.take_response(self._block, dt)
 
     def write_back(self, dt: float) -> None:
@@ -258,9 +274,10 @@ class Tree:
 
     def apply_push(self) -> None:
         """Apply the push of the last step's contacts again: on joints, and on a free base."""
-        if not self.push.any():
+        push = self.numbers["push"].tolist()
+        if not any(push):
             return
-        push, q = self.push.tolist(), self.start[0].tolist()
+        q = self.numbers["start_q"].tolist()
         for body, free, links, joints in self._members:
             if links:
                 p.setJointMotorControlMultiDofArray(
