@@ -132,7 +132,7 @@ def advance(w, c, slot, span):
         if t.zeta > 0.0 and t.ratio > 1.0:
             single = leapfrog.single_end(inside, linear) / t.ratio
             end = leapfrog.damped_end(inside, linear) * (1.0 - 1.0 / t.ratio) + single
-        time, most = spacing * (1.0 + end), closing * t.mass * weight * weight
+        time, most = spacing * (1.0 + end), max(closing, 0.0) * t.mass * weight * weight
         if time * (t.force - t.elastic) > most:  # by a damper alone bodies stop, and do not turn back
             part, time = max(t.elastic, most / h) / t.force, h
             t.force, t.f, t.g = part * t.force, part * t.f, part * t.g
