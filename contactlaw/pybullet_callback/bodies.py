@@ -125,8 +125,6 @@ class Bodies:
     def take_step(self) -> int:
         """Step PyBullet, then the world with the accelerations of that step; return as `hooks.write_bodies`."""
         if not self.flies:
-            for one in self.trees:
-                one.read_start()
             if self._read():
                 self._begin_step()
             for call, values in self._pushes:
@@ -165,8 +163,7 @@ class Bodies:
         if known != self._parameters:
             self.dt, self._parameters = known[0], known
             self._head["dt"], self._head["gravity"] = self.dt, known[1:]
-            for one in self.trees:
-                self.arrays.trees["gravity"][one.number] = known[1:]
+            self.arrays.trees["gravity"] = known[1:]
 
     def _read(self) -> bool:
         """Read poses and velocities of bodies without joints; return whether one has changed, or is awake.
@@ -198,7 +195,7 @@ class Bodies:
     def _find_pressed(self) -> int:
         """After the user has moved bodies: find near pairs, and what presses on what; return how many are pushed."""
         self._check()
-        self._read_selected_masses()
+        self.read_masses(self._selected_rows[: self._head["selected_count"][0]].tolist())
         while not list_placed(self._head_at):
             self._make_room()
         for one in self.trees:
@@ -241,13 +238,10 @@ class Bodies:
             if done == rows.NOT_FINITE:
                 self._refuse()
             if done == rows.PUSHED_OTHERWISE:
-                self._read_selected_masses()
+                self.read_masses(self._selected_rows[: self._head["selected_count"][0]].tolist())
             else:
                 self._make_room()
         return done
-
-    def _read_selected_masses(self) -> None:
-        self.read_masses(self._selected_rows[: self._head["selected_count"][0]].tolist())
 
     def _make_room(self) -> None:
         """Enlarge the arrays of the world."""

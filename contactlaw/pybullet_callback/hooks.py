@@ -23,7 +23,7 @@ from contactlaw.world.near.passing import follow, may_follow, part
 from contactlaw.world.readout import doubts_of
 from contactlaw.world.shapes.geometry import meet
 from contactlaw.world.sleep import is_at_rest
-from contactlaw.world.step import FIND_PRESSED, GROWING_ROOM, begin_pairs
+from contactlaw.world.step import FIND_PRESSED, GROWING_ROOM
 
 UNDOING = 20  # iterations for the spin before a step of Bullet; each reduces the error by the turn in that step
 
@@ -39,8 +39,6 @@ def begin_step(block):
     found = read_bodies(head, w)
     if found != 0:
         return found
-    if head.simple != 0 and has_contacts(w):
-        begin_pairs(w)  # those that parted in the last step
     if head.simple == 0 or has_contacts(w) or w.step != head.dt or not all_pass(head, w):
         return select_pushed(block)
     for k in range(head.singles):
@@ -98,13 +96,11 @@ def all_pass(head, w):
         if b.still == 0 and (rows.row_at(head.rows, k).forced > 0 or rows.tumbles(b, dt)):
             return False
         w.stale |= may_leave_margin(b, dt, stray_speed(b, dt))
-    if any_guard_exceeded(w, -NEVER, 2.0 * dt):
-        w.stale = 1
-    if w.stale != 0:
+    if any_guard_exceeded(w, -NEVER, 2.0 * dt) or w.stale != 0:
         list_near(w)
         w.stale = 0 if 2 * w.nears <= w.near_room else 1
-    if w.stale != 0:
-        return False
+        if w.stale != 0:
+            return False
     for k in range(w.nears):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)

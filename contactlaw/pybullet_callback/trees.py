@@ -1,9 +1,7 @@
 """Bodies with joints, and those that constraints join, as trees of a world; `tree_hooks` has what a step does there."""
 
-import struct
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import partial
+from collections.abc import Iterable, Iterator, Sequence
 from math import isfinite
 from typing import Any, NamedTuple
 
@@ -101,9 +99,10 @@ class Tree:
             self._own[name] = own[name].ctypes.data
         self._block = self._own.ctypes.data
         own["left"], own["limit"] = np.nan, np.inf
-        self._write_start = self._writer("start_q", "start_v")
-        self._write_after = self._writer("after_q", "after_v", "torque")
-        self.placed, self._towed = False, 0
+        flat, fields = own.reshape(1).view(float), own.dtype.fields or {}
+        start, after, end = (fields[name][1] // 8 for name in ("start_q", "after_q", "free_acceleration"))
+        self._start, self._after = flat[start:after], flat[after:end]  # what is read before and after Bullet's step
+        self.placed, self._towed, self._stands = False, 0, ()
         self._tie_rows = np.zeros(len(self.ties), tree_hooks.TIE)
         self._own["ties"], self._own["tie_count"] = self._tie_rows.ctypes.data, len(self.ties)
         for row, one in zip(self._tie_rows, self.ties, strict=True):
@@ -114,7 +113,7 @@ class Tree:
         known, whole = self.known[body], len(self.bodies) > 1
         stands: dict[int, Pose] = {}  # pose of links fixed to the base in its inertial frame, or in the world
         if known[0][0] > 0.0:
-            parts.append(_part(known[0], [Joint("free")]))
+            parts.append(Part(known[0][0], known[0][1], [Joint("free")]))
             self.links.append((body, BASE))
             self.heads.append((body, BASE))
         elif whole:
@@ -130,15 +129,9 @@ class Tree:
                 stands[link] = place
                 continue
             joints = [] if kind is None else [Joint(kind, at, UP if kind == "ball" else info.axis)]
-            parts.append(_part(own, joints, carrier, *place))
+            parts.append(Part(own[0], own[1], joints, carrier, *place))
             self.links.append((body, link))
             self.heads += [(body, link)] * len(joints)
-
-    def _writer(self, *names: str) -> Callable[..., None]:
-        """Return a function that writes arrays, which follow each other in memory, from all their numbers."""
-        own: Any = self.numbers
-        size, at = sum(own[name].size for name in names), own.dtype.fields[names[0]][1]
-        return partial(struct.Struct(f"{size}d").pack_into, memoryview(own.reshape(1).view(np.uint8)), at)
 
     def _axes_of(self, links: Iterable[Key]) -> set[int]:
         """Return the numbers of all axes that move one of some links."""
@@ -180,11 +173,11 @@ class Tree:
 
     def inertias(self) -> dict[int, list[tuple[Any, ...]]]:
         """Return mass, moments of inertia and inertial frame of all links, as PyBullet has them now."""
-        all_links = {body: range(BASE, len(infos)) for body, infos in self._infos.items()}
-        dynamics = {
-            body: [p.getDynamicsInfo(body, link, self._client) for link in links] for body, links in all_links.items()
-        }
-        return {body: [(one[0], *one[2:5]) for one in told] for body, told in dynamics.items()}
+        out = dict[int, list[tuple[Any, ...]]]()
+        for body, infos in self._infos.items():
+            told = [p.getDynamicsInfo(body, link, self._client) for link in range(BASE, len(infos))]
+            out[body] = [(one[0], [max(i, LEAST_INERTIA * one[0]) for i in one[2]], *one[3:5]) for one in told]
+        return out
 
     def place_of(self, key: Key) -> tuple[int, Pose]:
         """Return the body of the tree that a link is part of, and the pose of the link's inertial frame in it."""
@@ -232,23 +225,17 @@ class Tree:
     def bind(self, world: Arrays) -> None:
         """Find its numbers in the arrays of a world, before each step for which they are others."""
         self._tree, self._world_block = world.trees[self.number], world.world.ctypes.data
-        self._own["tree"], self._stands = world.trees.ctypes.data + self.number * world.trees.itemsize, ()
-
-    def read_start(self) -> None:
-        """Read the state at the start of a step."""
-        q, v, _ = self.read()
-        self._write_start(*q, *v)
+        self._own["tree"] = world.trees.ctypes.data + self.number * world.trees.itemsize
 
     def begin_step(self) -> bool:
-        """Take the state at the start of a step; return whether the user has moved it since the last one."""
+        """Read the state at the start of a step; return whether the user has moved it since the last one."""
+        q, v, _ = self.read()
+        self._start[:] = q + v
         if not self._members[0].free and len(self._members) == 1:
             stands = p.getBasePositionAndOrientation(self.bodies[0], self._client)
-            if stands == self._stands:
-                self._towed = 0
-            else:
-                self._towed += bool(self._stands)
-                self._tree["base"], (x, y, z, w) = self._stands = stands
-                self._tree["base_turn"] = w, x, y, z
+            self._towed = self._towed + 1 if stands != self._stands else 0
+            self._tree["base"], (x, y, z, w) = self._stands = stands
+            self._tree["base_turn"] = w, x, y, z
             if self._towed == TOWED:
                 warnings.warn(TOWED_TEXT.format(self.bodies[0]), ContactWarning, stacklevel=6)
         self.placed = tree_hooks.take_start(self._block)
@@ -262,7 +249,7 @@ class Tree:
                 f"body {self.bodies[0]}: PyBullet's step has brought it to {turn:.3g} rad or m a step: shorten the "
                 "step; or its joints have more damping than Bullet is stable with (changeDynamics: jointDamping)"
             )
-        self._write_after(*q, *v, *torques)
+        self._after[:] = q + v + torques
         if self.ties:
             self.numbers["left_over"][:] = [one.force_left(self._client) for one in self.ties]
         tree_hooks.take_response(self._block, dt)
@@ -274,11 +261,8 @@ class Tree:
 
     def apply_push(self) -> None:
         """Apply the push of the last step's contacts again: on joints, and on a free base."""
-        push = self.numbers["push"].tolist()
-        if not any(push):
-            return
-        q = self.numbers["start_q"].tolist()
-        for body, free, links, joints in self._members:
+        push, q = (self.numbers[name].tolist() for name in ("push", "start_q"))
+        for body, free, links, joints in self._members if any(push) else ():
             if links:
                 p.setJointMotorControlMultiDofArray(
                     body, links, p.TORQUE_CONTROL, physicsClientId=self._client,
@@ -290,12 +274,6 @@ class Tree:
                 p.applyExternalForce(body, BASE, push[k : k + 3], (x, y, z), p.WORLD_FRAME, self._client)
                 couple = turned((*turn, w), push[k + 3 : k + 6])
                 p.applyExternalTorque(body, BASE, couple, p.WORLD_FRAME, self._client)
-
-
-def _part(inertias: tuple[Any, ...], *more: Any) -> Part:
-    """Return a link from what `Tree.inertias` says of it."""
-    mass, moments, *_ = inertias
-    return Part(mass, np.maximum(moments, LEAST_INERTIA * mass), *more)
 
 
 def numbers_of(client: int) -> list[int]:

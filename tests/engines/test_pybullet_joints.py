@@ -38,7 +38,6 @@ def test_the_model_moves_as_the_engine_does(client: int, base_mass: float, joint
     one, world = Tree(client, [body]), World(gravity=0.0)
     one.add_to(world)
     arrays = world.arrays.bound()
-    one.read_start()
     one.bind(arrays)
     arrays.trees["gravity"] = [1.0, 2.0, -G]
     one.begin_step()
@@ -55,7 +54,6 @@ def test_the_model_moves_as_the_engine_does(client: int, base_mass: float, joint
     one.read_forces(dt)
     np.testing.assert_allclose(one.numbers["matrix"], matrix, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(one.numbers["force"], 0.0, atol=1e-5)
-    one.read_start()
     one.begin_step()
     one.numbers["push"][:] = np.arange(1.0, one.v_size + 1.0)
     one.apply_push()
@@ -262,7 +260,6 @@ def test_what_presses_on_a_base_with_something_heavy_fixed_to_it_turns_it_as_it_
     contact.step()
     one = contact._scene.bodies.trees[0]
     for k in range(3):
-        one.read_start()
         one.begin_step()
         one.numbers["push"][:] = 10.0 * (np.arange(one.v_size) == k)
         one.apply_push()
