@@ -23,7 +23,7 @@ from contactlaw.world.near.passing import follow, may_follow, part
 from contactlaw.world.readout import doubts_of
 from contactlaw.world.shapes.geometry import meet
 from contactlaw.world.sleep import is_at_rest
-from contactlaw.world.step import FIND_PRESSED, GROWING_ROOM
+from contactlaw.world.step import FIND_PRESSED, GROWING_ROOM, begin_pairs
 
 UNDOING = 20  # iterations for the spin before a step of Bullet; each reduces the error by the turn in that step
 
@@ -39,6 +39,8 @@ def begin_step(block):
     found = read_bodies(head, w)
     if found != 0:
         return found
+    if head.simple != 0 and has_contacts(w):
+        begin_pairs(w)  # those that parted in the last step
     if head.simple == 0 or has_contacts(w) or w.step != head.dt or not all_pass(head, w):
         return select_pushed(block)
     for k in range(head.singles):
@@ -89,14 +91,13 @@ def all_pass(head, w):
 
     Those that tumble, or have been moved by more than slight forces, may. Lists near pairs anew if need be.
     """
-    dt = head.dt
     for k in range(head.singles):
         b = body_at(w.bodies, k + 1)
         b.still = 1 if motion.is_static(b) else 0
-        if b.still == 0 and (rows.row_at(head.rows, k).forced > 0 or rows.tumbles(b, dt)):
+        if b.still == 0 and (rows.row_at(head.rows, k).forced > 0 or rows.tumbles(b, head.dt)):
             return False
-        w.stale |= may_leave_margin(b, dt, stray_speed(b, dt))
-    if any_guard_exceeded(w, -NEVER, 2.0 * dt) or w.stale != 0:
+        w.stale |= may_leave_margin(b, head.dt, stray_speed(b, head.dt))
+    if any_guard_exceeded(w, -NEVER, 2.0 * head.dt) or w.stale != 0:
         list_near(w)
         w.stale = 0 if 2 * w.nears <= w.near_room else 1
         if w.stale != 0:
@@ -105,8 +106,8 @@ def all_pass(head, w):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         overlap, n, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
-        _, _, mean = closing_along(a, b, to_body(b.axes, n), dt)
-        if dt * (mean + stray_speed(a, dt) + stray_speed(b, dt)) >= -overlap:
+        _, _, mean = closing_along(a, b, to_body(b.axes, n), head.dt)
+        if head.dt * (mean + stray_speed(a, head.dt) + stray_speed(b, head.dt)) >= -overlap:
             return False
     return True
 
