@@ -42,6 +42,16 @@ GAS = 10.0, 1e-4  # greatest density [kg/m^3] and viscosity [Pa s] of what drags
 LASTING_ON_BOXES = 24  # of a box on another: four corners of each, and at each corner four pairs of edges that cross
 
 
+def check_inertias(view: layout.ModelView) -> None:
+    """Check masses and moments of inertia of what moves, as they may have been edited since the model was compiled."""
+    for name in ("body_mass", "body_inertia"):
+        values = getattr(view, name)
+        wrong = ~(np.isfinite(values) & (values >= 0.0)).reshape(len(values), -1).all(1)
+        for body in np.flatnonzero(wrong & (view.body_treeid >= 0)).tolist():
+            where = f"{name} = {values[body].tolist()} of body {view.label('body', body)}"
+            raise ValueError(f"{where}: must be finite and not negative")
+
+
 class Model:
     """The bodies and contacts of a compiled model."""
 
@@ -169,7 +179,10 @@ class Model:
         alike = ~m.body_ipos.any(1) & (m.body_iquat == UNTURNED).all(1)
         for body in (body for body in carriers if free[body]):
             pose = IDENTITY if alike[body] else Pose(m.body_ipos[body].copy(), m.body_iquat[body].copy())
-            row = self._world.add_body(float(m.body_mass[body]), m.body_inertia[body])
+            try:
+                row = self._world.add_body(float(m.body_mass[body]), m.body_inertia[body])
+            except ValueError as error:
+                raise ValueError(f"body {m.label('body', body)}: {error}") from error
             self._rows[body], self._frames[body] = row, pose.inverse()
             self._frees.append({
                 "body": row + 1, "id": body, "parts": parts[body], "q": m.jnt_qposadr[m.body_jntadr[body]],

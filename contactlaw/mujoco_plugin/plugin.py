@@ -16,7 +16,7 @@ from contactlaw.mujoco_plugin.block import HEAD, STARTS, free
 from contactlaw.mujoco_plugin.geoms import FLAT, MAX_NAMES, UNSERVED, first_of, type_of
 from contactlaw.mujoco_plugin.instances import contact_instances, instances, leads, unserved_readers
 from contactlaw.mujoco_plugin.layout import record_at
-from contactlaw.mujoco_plugin.model import Model
+from contactlaw.mujoco_plugin.model import Model, check_inertias
 from contactlaw.mujoco_plugin.readout import View
 from contactlaw.mujoco_plugin.sensors import NUMBERS
 from contactlaw.pair import ContactWarning
@@ -82,7 +82,10 @@ def _block_slot(data: int, number: int) -> ctypes.c_size_t:
 
 def _new_block(view: layout.ModelView, number: int) -> int:
     """Make the block of an instance and return its address; zero if it does not lead."""
-    return Model(view).block(_REPORT_ADDRESS) if leads(view, number) else 0
+    if not leads(view, number):
+        return 0
+    check_inertias(view)
+    return Model(view).block(_REPORT_ADDRESS)
 
 
 def _rebuild_block(view: layout.ModelView, data: int) -> str:

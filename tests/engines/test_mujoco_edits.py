@@ -306,3 +306,21 @@ def test_a_mass_that_is_refused_is_named():
     model.body_mass[1] = 0.0
     with pytest.warns(ContactWarning, match="old values: body_mass of 1: "):
         mujoco.mj_step(model, data, 100)
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "said"),
+    [
+        ("body_mass", -1.0, "body_mass = -1.0 of body 'cup': must be finite and not negative"),
+        ("body_inertia", (np.nan, 1.0, 1.0), "body_inertia = [nan, 1.0, 1.0] of body 'cup': must be finite"),
+        ("body_inertia", (1.0, 1.0, 3.0), "body 'cup': inertia: principal moments [1.0, 1.0, 3.0]"),
+    ],
+)
+def test_a_mass_that_no_mjdata_can_have_is_named(field, value, said, capfd):
+    """A negative mass was "bodies: link 0 has no mass"."""
+    text = TYPED.format("sphere").replace('<body pos="0 0 .1"', '<body name="cup" pos="0 0 .1"')
+    model = load_model(text, [("*", "*", ContactPair(RUBBER, RUBBER, 0.3, 0.5))])
+    getattr(model, field)[1] = value
+    with pytest.raises(mujoco.FatalError, match="init failed"):
+        mujoco.MjData(model)
+    assert said in capfd.readouterr().err
