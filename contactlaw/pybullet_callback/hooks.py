@@ -157,16 +157,17 @@ def rewind(block):
     """
     head = rows.head_at(block, 0)
     w = world_at(head.world, 0)
+    head.lists = -1  # so that masses are read, which may have been changed in flight, too
     for k in range(head.moving):
         m, old = rows.motion_at(head.motions, k), rows.row_at(head.rows, k).left
         x, way = load(m.position), scale(head.dt, load(m.velocity))
         start = sub(x, way)
         moved = norm(sub(start, load(old.position))) > rows.EXACT * (norm(x) + norm(way))
         store(m.position, start if moved else load(old.position))
-        v, left = axpy(-head.dt, load(head.gravity), load(m.velocity)), load(old.velocity)
-        if norm(sub(v, left)) > rows.EXACT * (norm(v) + norm(left)):
-            left, rows.row_at(head.rows, k).forced = v, 2  # maybe by a force, as the next step tells
-        store(m.velocity, left)
+        v, known = axpy(-head.dt, load(head.gravity), load(m.velocity)), load(old.velocity)
+        if norm(sub(v, known)) > rows.EXACT * (norm(v) + norm(known)):
+            known, rows.row_at(head.rows, k).forced = v, 2  # maybe by a force, as the next step tells
+        store(m.velocity, known)
         turn = product(rows.turn_in(head.dt, scale(-1.0, load(m.spin))), rows.quaternion_of(m))
         if norm(rotation_vector(product(turn, conjugate(rows.quaternion_of(old))))) <= rows.EXACT:
             turn = rows.quaternion_of(old)
@@ -291,7 +292,8 @@ def finish_step(block):
 
 def keep_own(head, w):
     """Mark bodies that end the step as in the world as touched: those that Bullet would turn wrong in free flight, or
-    move wrong as the step is of another length than the last, and those pushed by contacts that may be no more.
+    move wrong as the step is of another length than the last, and those pushed by contacts that may be no more. Also
+    counts the steps of `ROW.forced`.
     """
     gravity = load(head.gravity)
     for k in range(head.moving):

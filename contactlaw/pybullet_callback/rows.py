@@ -34,7 +34,7 @@ ROW = record(
     placed="i8",  # the user has moved it since
     lag="f8",  # [s] length of the step by half of which its velocity before Bullet's step is behind its position
     disturbed="i8",  # Bullet's step moved it not by gravity and the push alone
-    forced="i8",  # for so many steps not left to Bullet's flight, as others than slight forces may act on it
+    forced="i8",  # steps for which it is not left to Bullet's flight, after a force that is not slight
 )  # fmt: skip
 """A body of PyBullet without joints; those that have a mass come first, as in the world, where trees follow."""
 
