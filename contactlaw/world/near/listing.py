@@ -7,23 +7,30 @@ prune, Cohen and others 1995). Those of planes have no end. The list is sorted b
 depend on when it was made.
 """
 
+from math import sqrt
+
 from contactlaw.jit import jit_module
 from contactlaw.memory import doubles_at, set_whole, whole_at
 from contactlaw.world.bodies.motion import wake_body
 from contactlaw.world.contacts.touch import begin_contact, end_contact, release
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at
 from contactlaw.world.data.kinds import BOX, END, PARTS, PLANE, SEGMENT, TANGENT
-from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED
+from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED, WIDE
 from contactlaw.world.data.vec import ZERO, add, dot, load, norm, store, sub
 from contactlaw.world.near.guards import EXCEEDED, SLACK, has_shapes, separate, surface_speed
 from contactlaw.world.near.pairing import complete_near, list_by_parts, list_pair
 from contactlaw.world.shapes.geometry import bounding_radius, centre, meet
 
-MARGIN_STEPS = 4.0  # steps that margins last at present speeds
+# Steps that margins last at present speeds. More where few bodies have many shapes: the cost of listing grows with the
+# shapes, that of going through the list in each window with the bodies.
+MARGIN_STEPS = 4.0
+TREE_MARGIN_STEPS = 2.0  # the same where most of many shapes belong to trees: their speed bounds are wide
+PARTS_MARGIN_STEPS = 16.0  # the same where most shapes have parts: guards tell cheaply which of these are near
 BRIEF_STEPS = 1.0  # the same where a list serves for one step, see `WORLD.brief`
 # Bodies among which margins last one step: each step has many windows, and each goes through the list. These margins
 # allow for impacts too, see `set_margins`.
 MANY_BODIES = 256
+MANY = 50  # whole shapes besides ends of capsules
 SHRINK = 1.3  # factor of the gaps of a comb sort (Lacey & Box, Byte 16 (1991) 315)
 
 
@@ -49,12 +56,24 @@ def list_near(w):
 
     The margins are for several steps, or for one step if the arrays are too small for that many near pairs.
     """
+    wholes, ends, cores, jointed = 0, 0, 0, 0  # cores: by how many they outnumber round shapes; jointed: those of trees
+    for i in range(w.whole_count):
+        s = shape_at(w.shapes, i)
+        wholes += 0 if is_part(s) else 1
+        jointed += 1 if not is_part(s) and body_at(w.bodies, s.body).tree != 0 else 0
+        ends += 1 if s.kind == END else 0
+        if not is_part(s) and s.kind != END and s.kind < PLANE:
+            cores += 1 if s.kind >= BOX else -1
+    have_parts = wholes < w.shape_count and cores >= 0
+    steps = TREE_MARGIN_STEPS if 2 * jointed > wholes > MANY + ends else MARGIN_STEPS
+    lasts = PARTS_MARGIN_STEPS if have_parts else steps * max(sqrt(wholes) / w.body_count, 1.0)
+    lasts = MARGIN_STEPS if w.brief == WIDE else min(lasts, BRIEF_STEPS) if w.brief != 0 else lasts
     left_out, w.left_out = w.left_out, 0
     link_contacts(w)
-    list_within(w, MARGIN_STEPS if w.brief != 1 and w.body_count <= MANY_BODIES else BRIEF_STEPS)
+    list_within(w, lasts if w.body_count <= MANY_BODIES else 1.0)
     if w.left_out > 0:
         w.left_out = 0
-        list_within(w, BRIEF_STEPS)
+        list_within(w, 1.0)
     w.left_out = max(w.left_out, left_out)
     complete_list(w)
     w.lists += 1
