@@ -195,7 +195,7 @@ class Bodies:
     def _find_pressed(self) -> int:
         """After the user has moved bodies: find near pairs, and what presses on what; return how many are pushed."""
         self._check()
-        self.read_masses(self._selected_rows[: self._head["selected_count"][0]].tolist())
+        self._read_selected_masses()
         while not list_placed(self._head_at):
             self._make_room()
         for one in self.trees:
@@ -238,10 +238,13 @@ class Bodies:
             if done == rows.NOT_FINITE:
                 self._refuse()
             if done == rows.PUSHED_OTHERWISE:
-                self.read_masses(self._selected_rows[: self._head["selected_count"][0]].tolist())
+                self._read_selected_masses()
             else:
                 self._make_room()
         return done
+
+    def _read_selected_masses(self) -> None:
+        self.read_masses(self._selected_rows[: self._head["selected_count"][0]].tolist())
 
     def _make_room(self) -> None:
         """Enlarge the arrays of the world."""

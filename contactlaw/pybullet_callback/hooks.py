@@ -25,6 +25,7 @@ from contactlaw.world.shapes.geometry import meet
 from contactlaw.world.sleep import is_at_rest
 from contactlaw.world.step import FIND_PRESSED, GROWING_ROOM, begin_pairs
 
+FALLS, TURNS = 2.0, 0.5  # of the fall and of the turn in a step: what more or less than due is free flight, too
 UNDOING = 20  # iterations for the spin before a step of Bullet; each reduces the error by the turn in that step
 
 
@@ -114,15 +115,14 @@ def all_pass(head, w):
 
 def stray_speed(b, dt):
     """Return the mean speed [m/s] by which a body's points may leave its free flight in a step for `has_flown`."""
-    return 0.0 if b.still != 0 else 2.0 * dt * norm(load(b.acceleration)) + 0.5 * norm(load(b.spin)) * b.reach
+    return 0.0 if b.still != 0 else FALLS * dt * norm(load(b.acceleration)) + TURNS * norm(load(b.spin)) * b.reach
 
 
 def has_flown(block):
     """After a step in which no two bodies could touch in free flight, and reading of poses: return how it went.
 
     PASSED: nor can they in the next step, which needs no `begin_step`. STRAYED: a body has not flown freely from where
-    it was left. 0: neither. Free flight includes twice the fall in a step, and half of the turn, more or less than due,
-    see `stray_speed`. Velocities follow from the poses.
+    it was left. 0: neither. Free flight includes FALLS and TURNS, see `stray_speed`. Velocities follow from the poses.
     """
     head = rows.head_at(block, 0)
     w, dt = world_at(head.world, 0), head.dt
@@ -131,14 +131,14 @@ def has_flown(block):
         r, b, pose = rows.row_at(head.rows, k), body_at(w.bodies, k + 1), rows.pose_at(head.poses, k)
         x, way, turn = load(pose.position), scale(dt, load(r.left.velocity)), scale(dt, load(r.left.spin))
         gone = sub(x, load(r.left.position))
-        if not norm(sub(gone, add(way, fall))) <= 2.0 * norm(fall) + rows.EXACT * (norm(x) + norm(way)):
+        if not norm(sub(gone, add(way, fall))) <= FALLS * norm(fall) + rows.EXACT * (norm(x) + norm(way)):
             return rows.STRAYED
         store(r.before.position, x)
         store4(r.before.quaternion, load4(pose.quaternion))
         store(r.before.velocity, scale(1.0 / dt, gone))
         if b.oriented != 0:
             twist = rotation_vector(product(rows.quaternion_of(r.before), conjugate(rows.quaternion_of(r.left))))
-            if not norm(sub(twist, turn)) <= 0.5 * norm(turn) + rows.EXACT:
+            if not norm(sub(twist, turn)) <= TURNS * norm(turn) + rows.EXACT:
                 return rows.STRAYED
             store(r.before.spin, scale(1.0 / dt, twist))
             b.turned += norm(twist)
