@@ -17,7 +17,6 @@ CROWN = 0.01  # of the radius, by which sides, edges and discs are lower at thei
 FALL = 0.1  # of the radius, by which an edge falls off towards a corner: as deep as Hertz's theory holds
 FALL_LENGTH = 2.0  # of the radius, from the corner, within which it does
 LEAST = 1e-9  # [m] least distance from a core in quotients
-AHEAD = 3  # steps of Newton's method between two looks at a hull
 NO_PLACES = ZERO, ZERO, ZERO
 NOWHERE = ZERO, 0, ZERO, NO_PLACES
 CONVERGED, CONVERGED_ON_HULL = 1e-15, 1e-10  # of a half length, a step at which the iteration ends; hulls cost more
@@ -174,12 +173,6 @@ def deepest_on_line(d, u, rounding, shapes, at, known=NOWHERE):
         if value == 0.0:  # the whole line is inside
             break
         new, ends = next_place(at, value, slope, ends)
-        for _ in range(AHEAD if s.kind == HULL else 0):  # along one feature of a hull the excess is linear
-            value, slope = slope_at(own, u, q, new, axpy(new - at, moved, e), moved)
-            place = clip(new - value / slope)
-            if not ends[0] < place < ends[1] or place == new:
-                break
-            new = place
         step, at = new - at, new
         if abs(step) <= same:
             found = axpy(step, moved, e), count, other, vertices
