@@ -96,18 +96,6 @@ def change_of(e, count, other, q, less, s):
     return out * q[0] + turned * p[0], out * q[1] + turned * p[1], z
 
 
-def length_and_direction(e):
-    """Return the length of a vector and its direction; along an axis, as over a face, without a root."""
-    if e[0] == 0.0 == e[1]:
-        return abs(e[2]), (0.0, 0.0, copysign(1.0, e[2]))
-    if e[1] == 0.0 == e[2]:
-        return abs(e[0]), (copysign(1.0, e[0]), 0.0, 0.0)
-    if e[2] == 0.0 == e[0]:
-        return abs(e[1]), (0.0, copysign(1.0, e[1]), 0.0)
-    length = norm(e)
-    return length, scale(1.0 / length, e)
-
-
 def way_out(p, s):
     """Return minus the depth of a point within a core, and the direction out through the nearest face or the side."""
     (x, y, z), h = p, s.half

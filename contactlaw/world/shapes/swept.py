@@ -10,7 +10,7 @@ from contactlaw.world.data.call import ask_deepest
 from contactlaw.world.data.kinds import CYLINDER, DISC, EDGE, PLANE, SEGMENT, SIDE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub, to_world
-from contactlaw.world.shapes.core import clip, deepest_on_line, excess_of, length_and_direction, local, way_out
+from contactlaw.world.shapes.core import clip, deepest_on_line, excess_of, local, way_out
 from contactlaw.world.shapes.geometry import NO_PLACES, centre, half_axis, note, recall, round_on_round
 
 CAPSULE_CROWN = 1e-3  # of the radius, by which the side of a capsule is lower at its ends
@@ -62,8 +62,10 @@ def meet(sa, a, sb, b, last):
         distance = dot(d, n)
     else:
         p = local(d, sb, b)
-        distance, n = length_and_direction(excess_of(p, sb, rounding))
-        distance, n = (distance - rounding, n) if distance > 0.0 else way_out(p, sb)
+        e = excess_of(p, sb, rounding)
+        distance = norm(e)
+        one = (e[0] / distance, e[1] / distance, e[2] / distance)
+        distance, n = (distance - rounding, one) if distance > 0.0 else way_out(p, sb)
         n = to_world(b.axes, to_world(sb.axes, n))
     arm = axpy(-radius, n, from_a)
     return radius - distance, n, arm, add(arm, sub(load(a.position), load(b.position)))
