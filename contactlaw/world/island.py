@@ -20,7 +20,7 @@ from contactlaw.world.data.call import address, call_coast, call_start_coasting,
 from contactlaw.world.data.demand import COAST, START_COASTING
 from contactlaw.world.data.records import NEVER, TWIST_ALWAYS, TWIST_LATER, TWIST_NOW
 from contactlaw.world.data.vec import load, norm, store, sub
-from contactlaw.world.near.guards import gap_bound, meet_within, raise_listed_gap
+from contactlaw.world.near.guards import gap_bound, raise_listed_gap
 from contactlaw.world.near.listing import may_leave_margin
 from contactlaw.world.near.time_of_impact import predict
 from contactlaw.world.shapes.geometry import meet_near, takes_known_gap
@@ -298,12 +298,11 @@ def measure_open_pair(w, k, reach, span, few):
     gap, last_move = gap_bound(w, p, a, b)
     reach = min(reach, LOOKAHEAD * (span[1] / span[0]) * last_move)
     if gap <= reach:
-        met, measured = meet_within(w, p, a, b, reach)
-        overlap, n, arm_a, arm_b = met
+        overlap, n, arm_a, arm_b = met = meet_near(w, p, a, b)
         gap, closing = -overlap, closing_at(a, arm_a, b, arm_b, n)
         if 0.0 <= gap < LOOKAHEAD * span[1] * closing:
             p.closing, p.acceleration = closing, norm(sub(acceleration_of(a), acceleration_of(b)))
-            own = pace.touch_duration(w, p, a, b, met, measured) / pace.substeps_per_impact(w, p, few)
+            own = pace.touch_duration(w, p, a, b, met) / pace.substeps_per_impact(w, p, few)
             needed = own if own < LEAST_CHANGE * span[1] else NEVER
     p.gap = gap
     p.path_limit = gap + a.path + b.path

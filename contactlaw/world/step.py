@@ -179,8 +179,7 @@ def begin(w):
     for i in range(w.body_count):
         begin_body(w, body_at(w.bodies, i))
     for k in range(w.guard_count):
-        g = guard_at(w.guards, k)
-        g.plane_time, g.speed_time = -1.0, -1.0
+        guard_at(w.guards, k).found = -1.0
     exceeded = w.stale == 0 and any_guard_exceeded(w, w.step, 0.0)
     begin_pairs(w)
     if w.stale != 0:

@@ -117,8 +117,7 @@ def shortest_new_impact(w, now, pairs):
         if p.toi <= now:
             a, b = predict(w, p, now)
             if p.toi < NEVER and not guards.takes_known_time(w, p, now):
-                met, measured = guards.meet_within(w, p, a, b, guards.CLEAR_HEIGHT * shape_at(w.shapes, p.a).radius)
-                duration = touch_duration(w, p, a, b, met, measured)
+                duration = touch_duration(w, p, a, b, meet_near(w, p, a, b))
                 if p.toi - now <= EARLY * duration:
                     if duration <= shortest:
                         idle = is_idle(a, b, max(-p.gap, 0.0), p.closing, w.step, shape_at(w.shapes, p.a).radius)

@@ -15,7 +15,8 @@ from contactlaw.world.arrays import with_more_room
 from contactlaw.world.bodies.bounds import closing_along
 from contactlaw.world.bodies.motion import fly
 from contactlaw.world.data.access import body_at, guard_at, near_at
-from contactlaw.world.near.guards import gap_bound, meet_half_space, path_bound, raise_listed_gap, update_guard
+from contactlaw.world.data.vec import ZERO
+from contactlaw.world.near.guards import gap_bound, path_bound, raise_listed_gap, separate, update_guard
 from contactlaw.world.near.listing import list_near
 from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.step import begin
@@ -52,7 +53,9 @@ def fly_on(world, times, look, promised, gaps, heights):
                 promised[m, k] = gap_bound(w, p, a, b)[0]
             overlap, _, _, _ = meet_near(w, p, a, b)
             gaps[m, k] = p.gap = -overlap
-            heights[m, k] = -meet_half_space(w, p, a, b)[0]
+            g = guard_at(w.guards, p.guard)
+            _, low, high = separate(w, g.a, g.b, ZERO)
+            heights[m, k] = low - high
             if m % 7 == 3:
                 raise_listed_gap(w, p, times[m])
         if look > 0 and (m + 1) % look == 0:

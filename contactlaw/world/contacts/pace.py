@@ -47,19 +47,17 @@ def impact_duration(k, duration, mass, overlap, closing, push):
     return duration * (1.25 * mass * square / k) ** 0.4 / sqrt(square)
 
 
-def touch_duration(w, p, a, b, met, measured=True):
+def touch_duration(w, p, a, b, met):
     """Return the duration [s] of the impact that a near pair is about to have, as predicted with its bodies a and b.
 
-    met: how they meet, see `geometry.meet`; if that is not measured but a bound, A counts as a ball on a plane.
+    met: how they meet, see `geometry.meet`.
     """
     _, n, arm_a, arm_b = met
     mass = 1.0 / mobility_between(a, arm_a, b, arm_b, n)
     push = max(p.acceleration, 0.0) + shared_push(a, b)
     closing = sqrt(max(p.closing, 0.0) ** 2 + 2.0 * push * max(p.gap, 0.0))
     law = law_of(w, pair_at(w.pairs, p.pair))
-    radius = shape_at(w.shapes, p.a).radius
-    if measured:
-        radius, _ = radius_where(w, p, a, b, n, arm_a, arm_b)
+    radius, _ = radius_where(w, p, a, b, n, arm_a, arm_b)
     k = 4.0 / 3.0 * law.e_star * sqrt(radius)
     return impact_duration(k, law.duration, mass, max(-p.gap, 0.0), closing, push)
 

@@ -145,8 +145,8 @@ GUARD = record(
     normal=VECTOR, separation="f8",  # of a separating plane, in B's frame; [m] by which it separates them
     # [m/s], [rad/s] motion of A there at the start of a step; 1: that plane has separated them throughout it
     slide=VECTOR, twist=VECTOR, separated="i8",
-    plane_time="f8", low="f8", high="f8",  # [s] of the step when it was found; least height of a, greatest of b [m]
-    apart="f8", closing="f8", growth="f8", speed_time="f8",  # apart until [s]; closing [m/s], its growth; found at [s]
+    # times of the step [s] until which two cores stay apart, and at which that was found; gap [m] and closing speed
+    apart="f8", found="f8", gap="f8", closing="f8", growth="f8",  # [m/s] then, and its growth [m/s^2], at most
     time="f8", lag="f8",  # [s] of the step at the last update; [m] by which one body may have lagged behind the other
 )  # fmt: skip
 """Bounds on how two shapes move relative to each other, see `near.guards`."""

@@ -20,11 +20,10 @@ from contactlaw.world.bodies.bounds import closing_along, relative_speed, spin_b
 from contactlaw.world.bodies.motion import change_bound, greatest_closing
 from contactlaw.world.data.access import axis_at, body_at, guard_at, joint_at, link_at, shape_at, tree_at
 from contactlaw.world.data.call import ask_separation
-from contactlaw.world.data.kinds import BOX, CYLINDER, EDGE, PLANE
+from contactlaw.world.data.kinds import BOX, CYLINDER, PLANE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.tree import HINGE
-from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, store, sub, to_body, to_world
-from contactlaw.world.shapes.geometry import centre, half_axis, meet_near
+from contactlaw.world.data.vec import ZERO, load, norm, scale, store, sub, to_body, to_world
 
 EXCEEDED = -NEVER  # limit of a guard of which the listed parts no longer do
 ROUNDING = 1e-15  # of the trace of M0^T M
@@ -32,7 +31,6 @@ PRISM_EXCESS = 0.003  # of a cylinder's radius; it is wider than the prism of `g
 SLACK = 0.2  # of a body's smallest radius: part of its margin, and of that of parts, that does not depend on speed
 PARTS_STEPS = 4.0  # steps at the guard's present speed bound, for the margin up to which parts are listed
 LOOKS = 3  # evaluations of a bound on a mean speed to find until when two cores stay apart
-CLEAR_HEIGHT = 0.01  # of A's radius: where A is higher over a separating plane, its gap is taken from that plane
 NEAREST = 1.0 / 16.0  # of the time left: times of impact that are nearer are found for each pair of parts
 
 
@@ -65,8 +63,7 @@ def new_guard(w, i, j):
     g.lead, g.next = a.guard if g.body_a == shape_at(w.shapes, i).body else b.guard, -1
     while g.lead >= 0 and guard_at(w.guards, g.lead).body_b != g.body_b:
         g.lead = guard_at(w.guards, g.lead).next
-    g.limit, g.unlisted, g.separated, g.separation, g.plane_time, g.speed_time = NEVER, 0, 0, 0.0, -1.0, -1.0
-    g.apart = -1.0
+    g.limit, g.unlisted, g.separated, g.separation, g.found = NEVER, 0, 0, 0.0, -1.0
     store(g.normal, ZERO)
     if g.lead < 0:
         own = body_at(w.bodies, g.body_a)
@@ -169,65 +166,24 @@ def hinge_separates(w, i, j):
     return False
 
 
-def meet_half_space(w, p, a, b):
-    """Return `geometry.meet` of a near pair as if B filled the half space behind the separating plane.
-
-    B's whole shape lies in it, so that the gap is at most the true one; it costs one product for a part. Without such a
-    plane the overlap is infinite, which tells the caller to measure.
-    """
-    if not has_plane(w, p, a, b):
-        return NEVER, ZERO, ZERO, ZERO
-    g, sa = guard_at(w.guards, p.guard), shape_at(w.shapes, p.a)
-    n, between = to_world(body_at(w.bodies, g.body_b).axes, load(g.normal)), sub(load(a.position), load(b.position))
-    top = g.high
-    if p.body_a != shape_at(w.shapes, g.a).body:
-        n = scale(-1.0, n)
-        top = dot(n, between) - g.low
-    from_a, half = centre(sa, a), half_axis(sa, a)
-    over = dot(n, add(between, from_a)) - top
-    gap = over - sa.radius - (abs(dot(n, half)) if sa.kind <= EDGE else norm(half))
-    arm_a = axpy(-over, n, from_a)
-    return -(gap if sa.kind < BOX else g.low - g.high), n, arm_a, add(arm_a, between)
-
-
-def meet_within(w, p, a, b, reach):
-    """Return `meet_near` of a pair whose gap may be below `reach` [m], else `meet_half_space`; and whether it may."""
-    met = meet_half_space(w, p, a, b)
-    if met[0] > -reach:
-        return meet_near(w, p, a, b), True
-    return met, False
-
-
-def has_plane(w, p, a, b):
-    """Return whether the guard of a near pair has a plane between two cores, placed where bodies a and b are now."""
-    if p.guard < 0:
-        return False
-    g = guard_at(w.guards, p.guard)
-    time = b.time if a.still != 0 else a.time
-    # not where a or b is a scratch copy at another time than its body, as the plane is placed by the bodies
-    here = body_at(w.bodies, p.body_a).time == a.time and body_at(w.bodies, p.body_b).time == b.time
-    flat = shape_at(w.shapes, g.a).kind >= BOX and shape_at(w.shapes, g.b).kind < PLANE
-    if not (flat and here) or (b.still == 0 and b.time != time):
-        return False
-    if g.plane_time != time:
-        place_plane(w, g, time)
-    return True
-
-
 def cores_stay_apart(w, p, a, b, left):
     """Return whether the cores of a near pair are too far apart to meet soon, within a share of the time left [s].
 
     If so, sets the pair's gap, closing speed and time of impact to bounds from the plane between them. One evaluation
     serves all pairs of parts of the same two shapes.
     """
-    if not has_plane(w, p, a, b):
+    if p.guard < 0:
         return False
-    g = guard_at(w.guards, p.guard)
-    if g.plane_time != g.speed_time:
-        g.speed_time = g.plane_time
-        time = time_apart(w, g, left)
-        g.apart = g.plane_time if time == 0.0 else (NEVER if time == left else g.plane_time + time)
-    return takes_known_time(w, p, g.plane_time)
+    g, time = guard_at(w.guards, p.guard), b.time if a.still != 0 else a.time
+    # not where a or b is a scratch copy at another time than its body, as the plane is placed by the bodies
+    here = body_at(w.bodies, p.body_a).time == a.time and body_at(w.bodies, p.body_b).time == b.time
+    flat = shape_at(w.shapes, g.a).kind >= BOX and shape_at(w.shapes, g.b).kind < PLANE
+    if not (flat and here) or (b.still == 0 and b.time != time):
+        return False
+    if g.found != time:
+        wait = time_apart(w, g, left)
+        g.found, g.apart = time, time if wait == 0.0 else (NEVER if wait == left else time + wait)
+    return takes_known_time(w, p, time)
 
 
 def takes_known_time(w, p, now):
@@ -238,53 +194,37 @@ def takes_known_time(w, p, now):
     if p.guard < 0:
         return False
     g = guard_at(w.guards, p.guard)
-    if g.speed_time != now or g.plane_time != now or g.apart <= now:
+    if g.found != now or g.apart <= now:
         return False
     p.checked, p.toi = now, g.apart
-    p.gap, p.closing, p.acceleration = g.low - g.high, g.closing, g.growth
+    p.gap, p.closing, p.acceleration = g.gap, g.closing, g.growth
     return True
 
 
 def time_apart(w, g, left):
     """Return a time [s] to come within which two cores stay apart: that left, or a shorter one, or zero.
 
-    Sets a bound on their closing speed now, and on its growth within that time. A bound on a mean speed grows with the
-    time that it is for. So two cores stay apart for as long as their gap takes to close at that bound, and perhaps for
-    longer; the next time tried is between both.
+    Sets the gap between two planes that separate them, a bound on their closing speed now, and on its growth within
+    that time. The last planes of the step are kept while they leave half of the gap that they left. A bound on a mean
+    speed grows with the time that it is for. So two cores stay apart for as long as their gap takes to close at that
+    bound, and perhaps for longer; the next time tried is between both.
     """
-    a, b, n = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b), load(g.normal)
+    a, b, n, low, high = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b), ZERO, -NEVER, 0.0
+    if g.found >= 0.0:
+        n, low, high = separate(w, g.a, g.b, to_world(b.axes, load(g.normal)))
+    if low - high <= max(0.5 * g.gap, 0.0):
+        n, low, high = separate(w, g.a, g.b, ZERO)
+    n, time, apart, g.gap = to_body(b.axes, n), left, 0.0, low - high
+    store(g.normal, n)
     if g.body_a != shape_at(w.shapes, g.a).body:
         n = scale(-1.0, n)
-    time, apart, gap = left, 0.0, g.low - g.high
-    for _ in range(LOOKS if gap > 0.0 else 0):
+    for _ in range(LOOKS if g.gap > 0.0 else 0):
         g.closing, g.growth, mean = closing_along(a, b, n, time)
-        if gap > time * mean:
+        if g.gap > time * mean:
             return time
-        apart = max(apart, gap / mean)
+        apart = max(apart, g.gap / mean)
         time = sqrt(time * apart)
     return apart if apart > NEAREST * left else 0.0
-
-
-def place_plane(w, g, time):
-    """Place the plane between two cores at a time of the step [s], where their bodies are.
-
-    The last plane is kept while it separates them by more than half of what it did. No plane separates cores that
-    overlap. Then the last one of this step is kept, or else one across the line of centres is used. B lies behind
-    these, too, which suffices for `meet_half_space`.
-    """
-    a, b = body_at(w.bodies, shape_at(w.shapes, g.a).body), body_at(w.bodies, shape_at(w.shapes, g.b).body)
-    axes, last, n, low, high = body_at(w.bodies, g.body_b).axes, g.high - g.low, ZERO, -NEVER, 0.0
-    if g.plane_time >= 0.0:
-        n, low, high = separate(w, g.a, g.b, to_world(axes, load(g.normal)))
-    if low - high <= max(-0.5 * last, 0.0):
-        new, bottom, top = separate(w, g.a, g.b, ZERO)
-        if dot(new, new) == 0.0 and g.plane_time < 0.0:
-            across = sub(load(a.position), load(b.position))
-            new, bottom, top = separate(w, g.a, g.b, scale(1.0 / max(norm(across), 1e-300), across))
-        if dot(new, new) > 0.0 and bottom - top > low - high:
-            n, low, high = new, bottom, top
-    store(g.normal, to_body(axes, n))
-    g.plane_time, g.low, g.high = time, low, high
 
 
 def any_guard_exceeded(w, until, least):

@@ -10,8 +10,8 @@ from contactlaw.world.data.kinds import HEIGHT_FIELD, PLANE, SEGMENT, SPHERE
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.saved import scratch_body
 from contactlaw.world.data.vec import add, dot, load, norm, sub
-from contactlaw.world.near.guards import CLEAR_HEIGHT, cores_stay_apart, meet_within, raise_listed_gap, takes_known_time
-from contactlaw.world.shapes.geometry import centre, takes_known_gap
+from contactlaw.world.near.guards import cores_stay_apart, raise_listed_gap, takes_known_time
+from contactlaw.world.shapes.geometry import centre, meet_near, takes_known_gap
 
 
 def time_to_spheres(sa, a, sb, b, n, top, left):
@@ -76,7 +76,7 @@ def find_time(w, p, a, b, now, left):
     p.checked = now
     if cores_stay_apart(w, p, a, b, left):
         return
-    (overlap, n, arm_a, arm_b), _ = meet_within(w, p, a, b, CLEAR_HEIGHT * sa.radius)
+    overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
     p.gap, p.closing = -overlap, motion.closing_at(a, arm_a, b, arm_b, n)
     rest, flat = sub(acceleration_of(a), acceleration_of(b)), sb.kind >= PLANE
     p.acceleration = -dot(rest, n) if flat else norm(rest)
