@@ -33,7 +33,6 @@ LEAST_CHANGE = 0.75  # ratio of lengths from which substeps change; equal ones k
 # Ratio from which substeps lengthen where contacts coast: the shortest impact of a heap soon is another one. 1.33 takes
 # 8 % more substeps of contacts. Where impacts are single ones, as in a billiard break, 1.1 would double the error
 GROWTH = 1.1
-LEAST_WAY = 0.1  # of the longest way of a surface in a substep, by which another's may grow meanwhile
 COAST_EVERY = 2  # substeps between two looks which contacts can coast
 SHORTEST = 1e-6  # of a window, the least substep; of a substep, the least remainder that becomes a substep
 LOST_SPEED = 1e10  # [m/s] of a surface; engines, too, take such a velocity for a fault
@@ -51,7 +50,7 @@ def integrate(w, root, now, until):
     """
     bodies, t = list_bodies(w, root), now
     while t < until:
-        pairs = list_pairs(w, root, bodies)
+        pairs = list_pairs(w, root)
         t = fly_to_touch(w, bodies, pairs, t, now, until)
         if until - t > SHORTEST * (until - now):
             t = take_substeps(w, root, (bodies, pairs), t, now, until)
@@ -73,7 +72,7 @@ def integrate(w, root, now, until):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         b.time = until
         b.changed = 1
-    fall_asleep(w, bodies, list_pairs(w, root, bodies))
+    fall_asleep(w, bodies, list_pairs(w, root))
     return until
 
 
@@ -140,7 +139,7 @@ def take_substeps(w, root, listed, t, now, until):
 
     listed: how many bodies and pairs of the island are in the lists. now: start of the window [s]. Contacts that hardly
     change may coast. Every BLOCK substeps, and where a contact closes that needs shorter ones, the length of substeps
-    is reviewed. Trees come near many shapes without touching them: with joints only pairs at hand stay in the list.
+    is reviewed.
     """
     (bodies, pairs), shortest = listed, SHORTEST * (until - now)
     h, next_h = first_substeps(w, pairs, t, now, until)
@@ -152,7 +151,7 @@ def take_substeps(w, root, listed, t, now, until):
             c.later = 0.5 * h
     coasting = 0  # contacts that coast; their pairs are not in the list
     since_review, going, closed = 0, True, 0
-    joints, whole = False, True  # whole: the list is
+    joints = False
     for i in range(bodies):
         joints = joints or pace.is_jointed(body_at(w.bodies, whole_at(w.island_bodies, i)))
     while going:
@@ -163,9 +162,7 @@ def take_substeps(w, root, listed, t, now, until):
         w.twists = TWIST_ALWAYS
         if joints or closed > w.crowd:
             w.twists = TWIST_NOW if is_last or since_review % TORSION_EVERY == 0 else TWIST_LATER
-        passed, longest = drift_together(w, bodies, h, max(next_h / h, 1.0))
-        if joints and (passed or whole):
-            pairs, whole = list_pairs(w, root, bodies, BLOCK, LEAST_WAY * longest), False
+        drift_together(w, bodies, h, max(next_h / h, 1.0))
         push_by_coasting(w, coasting)
         acting, closed, shorter = evaluate_contacts(w, pairs, (h, next_h), closed <= w.crowd)
         closed += coasting
@@ -176,9 +173,6 @@ def take_substeps(w, root, listed, t, now, until):
             next_h = 0.0
         if review:
             target = max(min(substep_length(w, pairs, coasting, t), left), shortest)
-            if joints and not whole and target > GROWTH * next_h:  # longer substeps reach further than what is at hand
-                pairs, whole = list_pairs(w, root, bodies), True
-                target = max(min(substep_length(w, pairs, coasting, t), left), shortest)
             going = lost_body(w, bodies, until - now) == 0
             if not may_keep(target, next_h) or (coasting > 0 and target > GROWTH * next_h):
                 next_h = left / ceil(left / target - 1e-9)
@@ -214,10 +208,8 @@ def take_substeps(w, root, listed, t, now, until):
 def drift_together(w, bodies, h, longer):
     """Let all bodies drift for h [s], add what surfaces move to their paths, and predict the next substep.
 
-    That is `longer` times as long. Contacts on each body are counted anew. Returns whether one may get past its
-    `path_end` before its pairs are looked at again, see `window.list_pairs`; and the longest way [m].
+    That is `longer` times as long. Contacts on each body are counted anew.
     """
-    passed, most = False, 0.0
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         drift(b, h)  # of a tree, the first body in the list moves all
@@ -225,9 +217,6 @@ def drift_together(w, bodies, h, longer):
         b.path += way
         b.next_path = longer * way
         clear_push(b)
-        passed = passed or b.path + LOOKAHEAD * b.next_path > b.path_end
-        most = max(most, b.next_path)
-    return passed, most
 
 
 def leaves_margins(w, bodies, time):

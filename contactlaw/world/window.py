@@ -17,7 +17,7 @@ from contactlaw.world.contacts.pace import closing_speed, contact_duration, touc
 from contactlaw.world.contacts.touch import nears_in_use
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at, tree_at
 from contactlaw.world.data.call import call_with_body
-from contactlaw.world.data.records import AGED, COASTS, FRESH, NEVER
+from contactlaw.world.data.records import AGED, FRESH, NEVER
 from contactlaw.world.near import guards
 from contactlaw.world.near.listing import list_near, may_leave_margin
 from contactlaw.world.near.time_of_impact import find_gap, predict
@@ -340,23 +340,13 @@ def list_bodies(w, root):
     return count
 
 
-def list_pairs(w, root, bodies, substeps=NEVER, least=1.0):
-    """List the pairs of an island in `w`: all active ones, or if `substeps` is finite only those at hand.
-
-    These are closed, or can close in so many substeps like the next, in each of which bodies may go `least` [m]
-    further. The list holds until one gets past its `path_end`. Returns how many.
-    """
-    for i in range(bodies):
-        b = body_at(w.bodies, whole_at(w.island_bodies, i))
-        b.path_end = b.path + substeps * (b.next_path + least)
+def list_pairs(w, root):
+    """List the active pairs of an island in `w`; return how many."""
     count, k = 0, body_at(w.bodies, root).head
     while k >= 0:
-        p = near_at(w.near, k)
-        far = p.path_limit > body_at(w.bodies, p.body_a).path_end + body_at(w.bodies, p.body_b).path_end
-        if p.active != COASTS and (p.closed != 0 or not far):
-            set_whole(w.island_pairs, count, k)
-            count += 1
-        k = p.link
+        set_whole(w.island_pairs, count, k)
+        count += 1
+        k = near_at(w.near, k).link
     return count
 
 

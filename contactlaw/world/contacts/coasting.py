@@ -33,7 +33,7 @@ from contactlaw.world.contacts.pace import closing_speed, longest_substep, subst
 from contactlaw.world.contacts.substep import turn_frame
 from contactlaw.world.data.access import body_at, coasting_at, contact_at, near_at, pair_at
 from contactlaw.world.data.materials import law_of
-from contactlaw.world.data.records import COASTING, COASTS, NEVER
+from contactlaw.world.data.records import COASTING, NEVER
 from contactlaw.world.data.saved import body_address
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub
 
@@ -61,7 +61,6 @@ def start_coasting(w, pairs, coasting, h):
             t, time = c.touch, steady_time(c, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
             if time * time * t.force > STEADY * STEADY * t.mass * t.overlap:
                 begin_coasting(w, k, coasting_at(w.coasting, coasting), h, time)
-                p.active = COASTS
                 coasting += 1
                 continue
         set_whole(w.island_pairs, left, k)
@@ -263,7 +262,7 @@ def end_coasting(w, r, closing, later):
     c.coasted_from = r.first
     store(c.coasted, load(r.moved))
     turn_frame(c, n, turn_a - 0.5 * r.moved[2])
-    t.overlap, t.closing, c.neighbours, p.active = r.overlap, closing, UNKNOWN, 1
+    t.overlap, t.closing, c.neighbours = r.overlap, closing, UNKNOWN
     t.force, t.elastic = r.force, r.stiffness * r.overlap * sqrt(max(r.overlap, 0.0))
     c.coasted_f, c.coasted_g, pull = t.f, t.g, axpy(r.pull[0], e, scale(r.pull[1], f))
     t.f, t.g = dot(pull, load(c.tangent)), dot(pull, cross(n, load(c.tangent)))

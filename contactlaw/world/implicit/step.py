@@ -66,7 +66,7 @@ def take_implicit_steps(w):
     for k in range(w.islands):
         root = whole_at(w.roots, k)
         bodies = window.list_bodies(w, root)
-        pairs = window.list_pairs(w, root, bodies)
+        pairs = window.list_pairs(w, root)
         if is_due(w, bodies) and is_persistent(w, bodies, pairs) and take_step(w, bodies, pairs):
             fall_asleep(w, bodies, pairs)
             some = True
