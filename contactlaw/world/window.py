@@ -195,7 +195,7 @@ def may_meet(w, time):
     for k in range(w.guard_count):
         g = guard_at(w.guards, k)
         gained = body_at(w.bodies, g.body_a).delta_v + body_at(w.bodies, g.body_b).delta_v
-        if gained > 0.0 and guards.path_bound(w, g, time) + time * DELTA_V_MARGIN * gained > g.limit:
+        if gained > 0.0 and guards.path_bound(g, time) + time * DELTA_V_MARGIN * gained > g.limit:
             return True
     return False
 

@@ -43,7 +43,7 @@ def fly_on(world, times, look, promised, gaps, heights):
     for m in range(times.size):
         for k in range(w.nears):
             p = near_at(w.near, k)
-            promised[m, k] = p.listed_gap - path_bound(w, guard_at(w.guards, p.guard), times[m])
+            promised[m, k] = p.listed_gap - path_bound(guard_at(w.guards, p.guard), times[m])
         for i in range(w.body_count):
             fly(body_at(w.bodies, i), times[m])
         for k in range(w.nears):

@@ -66,7 +66,7 @@ BODY = record(
     # broad phase
     listed_position=VECTOR, turned="f8",  # position when near pairs were last listed, and angle [rad] turned since
     margin="f8",  # [m] by which its surface may travel before near pairs must be listed anew
-    size="f8", guard="i8",  # [m] radius of its smallest round shape; first guard that counts its motion as A's, or -1
+    size="f8",  # [m] radius of its smallest round shape
 )  # fmt: skip
 """A rigid body. The first one is the world itself, which does not move."""
 
@@ -134,7 +134,6 @@ NEAR = record(
 
 GUARD = record(
     a="i8", b="i8", body_a="i8", body_b="i8",  # whole shapes; their bodies, possibly interchanged
-    lead="i8", next="i8",  # first guard between these bodies, which counts their motion; next such guard of `body_a`
     place=VECTOR, turn=MATRIX,  # pose of A in B's frame, principal axes as columns, at the last update
     unlisted="i8", limit="f8",  # 1: no parts are listed; [m] that A may move there before near pairs are listed anew
     moved="f8", speed="f8",  # [m] that it has moved since the list, and [m/s] its mean speed in the step, at most

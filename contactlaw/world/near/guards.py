@@ -8,8 +8,7 @@ frame of the other, B. Between two updates no point of A moves by more than
 
 with the centre of mass at p0 and p, the rotations M0 and M, the angle theta between them, and A's reach L. From the
 last update to a later time no point moves further than a bound on its mean speed allows. A pair whose gap is wider
-than the sum is not measured, at the cost of one comparison a step. Of all guards between the same two bodies the first
-one counts the motion.
+than the sum is not measured, at the cost of one comparison a step.
 """
 
 from math import sqrt
@@ -60,22 +59,11 @@ def new_guard(w, i, j):
     a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
     if a.inverse_mass == 0.0 or (b.inverse_mass != 0.0 and b.reach < a.reach):
         g.body_a, g.body_b = g.body_b, g.body_a
-    g.lead, g.next = a.guard if g.body_a == shape_at(w.shapes, i).body else b.guard, -1
-    while g.lead >= 0 and guard_at(w.guards, g.lead).body_b != g.body_b:
-        g.lead = guard_at(w.guards, g.lead).next
     g.limit, g.unlisted, g.separated, g.separation, g.found = NEVER, 0, 0, 0.0, -1.0
     store(g.normal, ZERO)
-    if g.lead < 0:
-        own = body_at(w.bodies, g.body_a)
-        g.lead, g.next, own.guard = k, own.guard, k
-        update_guard(w, g, w.step)
-        g.moved = g.lag
+    update_guard(w, g, w.step)
+    g.moved = g.lag
     return k
-
-
-def lead_of(w, g):
-    """Return the guard that counts the motion of a guard's bodies."""
-    return guard_at(w.guards, g.lead)
 
 
 def update_moved(w, g):
@@ -114,9 +102,8 @@ def time_of(a, b):
     return a.time if b.still != 0 else min(a.time, b.time)
 
 
-def path_bound(w, g, time):
+def path_bound(g, time):
     """Return a bound on how far [m] a point of A has moved against B, from the list to a time of the step [s]."""
-    g = lead_of(w, g)
     return g.moved + g.lag + max(time - g.time, 0.0) * g.speed
 
 
@@ -240,10 +227,9 @@ def any_guard_exceeded(w, until, least):
         g = guard_at(w.guards, k)
         a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
         if least > 0.0 or a.changed != 0 or b.changed != 0:
-            left, lead = max(until - time_of(a, b), least), lead_of(w, g)
-            if g.lead == k:
-                update_guard(w, g, left)
-            rest, way = g.limit - lead.moved - lead.lag, left * (lead.speed if least == 0.0 else lead.speed_now)
+            left = max(until - time_of(a, b), least)
+            update_guard(w, g, left)
+            rest, way = g.limit - g.moved - g.lag, left * (g.speed if least == 0.0 else g.speed_now)
             widest = PARTS_STEPS * (SLACK * (a.size + b.size) + way) if g.unlisted == 0 and left == w.step else NEVER
             if way > rest or widest < rest < NEVER:
                 g.limit, out = EXCEEDED, True
@@ -252,7 +238,7 @@ def any_guard_exceeded(w, until, least):
 
 def known_gap(w, p, time):
     """Return a lower bound on the gap [m] of a near pair until a time of the step [s]; -NEVER: it has no guard."""
-    return p.listed_gap - path_bound(w, guard_at(w.guards, p.guard), time) if p.guard >= 0 else -NEVER
+    return p.listed_gap - path_bound(guard_at(w.guards, p.guard), time) if p.guard >= 0 else -NEVER
 
 
 def raise_listed_gap(w, p, time):
@@ -263,7 +249,7 @@ def raise_listed_gap(w, p, time):
     """
     if p.guard >= 0:
         g = guard_at(w.guards, p.guard)
-        p.listed_gap = max(p.listed_gap, p.gap + 2.0 * lead_of(w, g).moved - path_bound(w, g, time))
+        p.listed_gap = max(p.listed_gap, p.gap + 2.0 * g.moved - path_bound(g, time))
 
 
 def gap_bound(w, p, a, b):
@@ -273,7 +259,7 @@ def gap_bound(w, p, a, b):
     """
     if p.guard < 0:
         return -NEVER, NEVER
-    g, time = lead_of(w, guard_at(w.guards, p.guard)), b.time if a.still != 0 else a.time
+    g, time = guard_at(w.guards, p.guard), b.time if a.still != 0 else a.time
     if g.time != time or g.lag > 0.0:
         update_moved(w, g)
         g.time, g.lag = time, 0.0
@@ -282,7 +268,7 @@ def gap_bound(w, p, a, b):
 
 def closing_bound(w, p, a, b):
     """Return a bound on the closing speed [m/s] of two shapes by their present motion, as their guard knows it."""
-    return lead_of(w, guard_at(w.guards, p.guard)).speed_now if p.guard >= 0 else greatest_closing(a, b)
+    return guard_at(w.guards, p.guard).speed_now if p.guard >= 0 else greatest_closing(a, b)
 
 
 jit_module(__name__)

@@ -236,7 +236,7 @@ def set_margins(w, time):
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         store(b.listed_position, load(b.position))
-        b.turned, b.guard = 0.0, -1
+        b.turned = 0.0
         b.margin = 0.0 if b.still != 0 else time * surface_speed(b, w.step)
         total += b.margin if b.margin < NEVER else 0.0  # of a body that is lost
     impact_margin = total / w.body_count if w.body_count > MANY_BODIES else 0.0

@@ -11,7 +11,7 @@ from contactlaw.world.data.access import body_at, contact_at, guard_at, link_at,
 from contactlaw.world.data.kinds import BOX, CORNER, EDGE, HEIGHT_FIELD, MEETS, PLANE, SEGMENT, SIDE, SPHERE, TANGENT
 from contactlaw.world.data.records import CLOSED, NEVER, WIDE
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body
-from contactlaw.world.near.guards import PARTS_STEPS, SLACK, hinge_separates, lead_of, new_guard, separate
+from contactlaw.world.near.guards import PARTS_STEPS, SLACK, hinge_separates, new_guard, separate
 from contactlaw.world.shapes import geometry
 from contactlaw.world.shapes.core import clip, local
 from contactlaw.world.trees.kinematics import is_free
@@ -85,10 +85,10 @@ def list_by_parts(w, k, n, low, high):
     motion already.
     """
     g = guard_at(w.guards, k)
-    i, j, lead = g.a, g.b, lead_of(w, g)
-    a, b, counted = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b), lead.moved - lead.lag
+    i, j = g.a, g.b
+    a, b, counted = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b), g.moved - g.lag
     steps = PARTS_STEPS if (a.tree == 0 and b.tree == 0) or w.brief == WIDE else TREE_PARTS_STEPS
-    near = SLACK * (a.size + b.size) + steps * w.step * lead.speed
+    near = SLACK * (a.size + b.size) + steps * w.step * g.speed
     if is_built_in(w, i, j, dot(n, n) == 0.0):
         g.limit, g.unlisted = NEVER, 1
         add_near(w, i, j, k, NEVER)

@@ -65,7 +65,7 @@ def find_pressed(w):
         gaps_needed = gaps_needed or needs_gap(body_at(w.bodies, i))
     for k in range(w.guard_count if gaps_needed else 0):
         g = guard_at(w.guards, k)
-        if g.lead == k and not placed:
+        if not placed:
             guards.update_guard(w, g, 2.0 * w.step)
         if needs_gap(body_at(w.bodies, g.body_a)) or needs_gap(body_at(w.bodies, g.body_b)):
             separate_at_start(w, g)
@@ -163,12 +163,10 @@ def find_passing(world):
         g = guard_at(w.guards, k)
         if not (may_pass(body_at(w.bodies, g.body_a)) or may_pass(body_at(w.bodies, g.body_b))):
             continue
-        lead = guards.lead_of(w, g)
-        if g.lead == k:
-            guards.update_guard(w, g, w.step)
+        guards.update_guard(w, g, w.step)
         g.separated = 1 if stayed_separated(w, g) else 0
-        way = w.step * max(lead.last_speed_now, lead.speed_now)
-        furthest = lead.moved + 0.5 * max(way - lead.last_move, 0.0)  # by the triangle inequality
+        way = w.step * max(g.last_speed_now, g.speed_now)
+        furthest = g.moved + 0.5 * max(way - g.last_move, 0.0)  # by the triangle inequality
         if g.separated == 0 and furthest > g.limit:
             unlisted = deny(w, body_at(w.bodies, g.body_a), g.body_a) or unlisted
             unlisted = deny(w, body_at(w.bodies, g.body_b), g.body_b) or unlisted
@@ -267,10 +265,10 @@ def separate_at_start(w, g):
 
     The last plane is kept while it separates them. Where no parts are listed, it is needed only near the guard's limit.
     """
-    g.separation, lead = 0.0, guards.lead_of(w, g)
+    g.separation = 0.0
     if shape_at(w.shapes, g.a).kind < BOX:
         return
-    if g.unlisted != 0 and lead.moved + lead.lag + 2.0 * w.step * lead.speed_now <= g.limit:
+    if g.unlisted != 0 and g.moved + g.lag + 2.0 * w.step * g.speed_now <= g.limit:
         return
     b = body_at(w.bodies, g.body_b)
     n, low, high = guards.separate(w, g.a, g.b, to_world(b.axes, load(g.normal)))
