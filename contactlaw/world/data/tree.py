@@ -103,7 +103,7 @@ LIMIT = record(
     mass="f8", resistance="f8", stiffness="f8",  # slopes of its force with acceleration, velocity and distance
     force="f8", friction="f8",  # [N] or [N m] in all accelerations; greatest force of dry friction, 0: a limit
     # scratch of `limits.find`: impulse beyond that of `force`; that without changes of the speed; 1: beyond the limit
-    given="f8", push="f8", reached="i8", acting="i8",  # and, in the first records, the rows that act
+    given="f8", push="f8", reached="i8", acting="i8",  # 1: it acts
     speed="f8", gained="f8", rest="f8",  # and what is gained of it by contacts or in all, and by accelerations
     pushes="i8",  # 1: it has pushed in the last substep; dry friction: contacts have kicked its tree in this step
     mobility="f8",  # speed by a unit impulse; 0: not known, nor is its row of `TREE.answers`

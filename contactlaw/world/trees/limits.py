@@ -65,7 +65,7 @@ def find(t, change, time, ahead, kicks):
     the middle of that time; the accelerations add to it. Else it is that by all accelerations, and the forces become
     those after a time `ahead` [s].
     """
-    n, active = t.v_size, 0
+    n, acting = t.v_size, False
     z, v, a = vector(t.room + 16 * n, n), vector(t.v, n), vector(t.a, n)
     displace(t, z)
     for i in range(t.limited):
@@ -73,19 +73,21 @@ def find(t, change, time, ahead, kicks):
         r = limit.gap + along(t, i, z) + (ahead * along(t, i, v) if ahead > 0.0 else 0.0)
         limit.reached, limit.given = 1 if r < 0.0 else 0, 0.0
         held = limit.friction > 0.0 and limit.pushes == 0 and not kicks  # no contact has kicked the tree in this step
-        if (r < 0.0 or limit.force != 0.0) and not held:
+        limit.acting = 1 if (r < 0.0 or limit.force != 0.0) and not held else 0
+        if limit.acting != 0:
             limit.rest = along(t, i, a) if kicks else 0.0
             own = along(t, i, v) - 0.5 * t.held * limit.rest
             limit.speed, limit.push = own, time * (-limit.stiffness * r - limit.resistance * own - limit.force)
             limit.gained = along(t, i, change)
-            limit_at(t.limits, active).acting, active = i, active + 1
+            acting = True
     for k in range(n):
         z[k] = 0.0
-    for _ in range(SWEEPS if active > 0 else 0):
+    for _ in range(SWEEPS if acting else 0):
         changed = 0
-        for k in range(active):
-            i = limit_at(t.limits, k).acting
+        for i in range(t.limited):
             limit = limit_at(t.limits, i)
+            if limit.acting == 0:
+                continue
             gained = limit.gained + answer(t, i, z) - limit.mobility * limit.given
             if kicks and limit.pushes == 0 and limit.friction == 0.0:
                 gained = min(limit.speed + gained, 0.0) - min(limit.speed, 0.0)
@@ -101,7 +103,7 @@ def find(t, change, time, ahead, kicks):
             add_multiple(z, more, y, 0, limit.end if more != 0.0 else 0)
         if changed < 2:
             break
-    if active > 0:
+    if acting:
         for k in range(n):
             z[k] /= axis_at(t.axes, k).root
         solve_ld(t, z)
