@@ -196,7 +196,8 @@ class Model:
             led = any(m.body_mocapid[carrier] >= 0 for carrier, _ in bases.values())
             poses = {} if led else {one: pose for one, (_, pose) in bases.items()}
             springs = {spring: v for spring, v in self._springs.items() if root[m.dof_bodyid[v[0]]] in system}
-            rows = TreeRecords(m, bodies, poses, [*self._held, *springs.values()])
+            rows = TreeRecords(m, bodies, poses)
+            rows.couple([*self._held, *springs.values()])
             tree, made = self._world.add_tree_of(rows)
             for body, row, at, turn in zip(bodies, rows.row, rows.at, rows.quaternion, strict=True):
                 self._rows[body], self._frames[body] = made[row], Pose(at, turn)
@@ -294,8 +295,8 @@ class Model:
             parts = slice(m.tendon_adr[one], m.tendon_adr[one] + m.tendon_num[one])
             wraps = zip(m.wrap_type[parts].tolist(), m.wrap_objid[parts].tolist(), strict=True)
             return {v for kind, part in wraps for v in self._velocities(WRAPS.get(_WRAP(kind), ""), part)}
-        body = one if what == "body" else int(getattr(m, f"{what}_bodyid")[one]) if what else 0
-        return set(np.flatnonzero(np.isin(m.dof_bodyid, list(m.chain(body)))).tolist())
+        body = m.body_weldid[one if what == "body" else getattr(m, f"{what}_bodyid")[one] if what else 0]
+        return {int(m.body_dofadr[body] + m.body_dofnum[body]) - 1} if m.body_dofnum[body] > 0 else set()
 
     @cached_property
     def _systems(self) -> dict[int, list[int]]:

@@ -85,8 +85,7 @@ class Tree:
             self._add_parts(body, parts)
         self.rows = rows = records_of(parts)
         self.ties = [one for one in ties_of(client) if any(body in bodies for body, _ in one.links)]
-        if self.ties:
-            self.rows = rows = records_of(parts, [self._axes_of(one.links) for one in self.ties])
+        rows.couple([self._last_axes(one.links) for one in self.ties])
         self.q_size, self.v_size = rows.start.size, rows.axes.size
         self.joints: list[Any] = rows.joints[["kind", "first_q", "first_axis"]].tolist()
         joints = iter(self.joints)
@@ -133,18 +132,10 @@ class Tree:
             self.links.append((body, link))
             self.heads += [(body, link)] * len(joints)
 
-    def _axes_of(self, links: Iterable[Key]) -> set[int]:
-        """Return the numbers of all axes that move one of some links."""
-        rows, out = self.rows, set[int]()
-        for key in links:
-            k = -1
-            if key in self.links:
-                link = rows.links[self.place_of(key)[0]]
-                k = int(link["first_axis"] + link["axes"]) - 1
-            while k >= 0:
-                out.add(k)
-                k = int(rows.axes["carrier"][k])
-        return out
+    def _last_axes(self, links: Iterable[Key]) -> list[int]:
+        """Return the number of the last axis that moves each of some links."""
+        moved = [self.rows.links[self.place_of(key)[0]] for key in links if key in self.links]
+        return [int(link["first_axis"] + link["axes"]) - 1 for link in moved]
 
     def _member(self, body: int, joints: Iterator[tuple[int, int, int]]) -> Member:
         free = [next(joints) for _ in range(4 if self.known[body][0][0] > 0.0 else 0)]

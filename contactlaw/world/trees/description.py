@@ -1,6 +1,6 @@
 """Trees of bodies, described body by body."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 
@@ -91,11 +91,8 @@ class Tree:
         self.q_size, self.v_size = self.start.size, self.rows.axes.size
 
 
-def records_of(parts: Sequence[Part], joined: Iterable[Iterable[int]] = ()) -> TreeRecords:
-    """Return the records of a tree; parts without joints become one body with what they are fixed to.
-
-    joined: sets of velocities that a constraint couples, see `TreeRecords`.
-    """
+def records_of(parts: Sequence[Part]) -> TreeRecords:
+    """Return the records of a tree; parts without joints become one body with what they are fixed to."""
     joints, count = [joint for part in parts for joint in part.joints], [len(part.joints) for part in parts]
     kinds = [KINDS[joint.kind] for joint in joints]
     start, v = [ZERO[kind] for kind in kinds], [V_SIZE[kind] for kind in kinds]
@@ -109,7 +106,7 @@ def records_of(parts: Sequence[Part], joined: Iterable[Iterable[int]] = ()) -> T
         "dof_armature": np.repeat([joint.armature for joint in joints], v),
         "dof_damping": np.repeat([joint.damping for joint in joints], v),
     }  # fmt: skip
-    return TreeRecords(SimpleNamespace(**arrays), range(len(parts)), joined=joined)
+    return TreeRecords(SimpleNamespace(**arrays), range(len(parts)))
 
 
 def _checked(part: Part) -> Part:

@@ -29,7 +29,6 @@ class TreeRecords:
         bodies: Numbers of the tree's bodies, parents before children. The first, and others of which soft constraints
             make one system with it, are carried by the world or by a body that is not among them.
         bases: Of a body that is carried so: the pose of what carries it, if that is not `TREE.base`.
-        joined: Sets of velocities of the model, each coupled by a soft constraint.
 
     Attributes:
         links, joints, axes: Records (`tree.LINK`, `JOINT`, `AXIS`).
@@ -43,10 +42,7 @@ class TreeRecords:
             another joint.
     """
 
-    def __init__(
-        self, model: Any, bodies: Sequence[int], bases: Mapping[int, Pose] = MappingProxyType({}),
-        joined: Iterable[Iterable[int]] = (),
-    ) -> None:  # fmt: skip
+    def __init__(self, model: Any, bodies: Sequence[int], bases: Mapping[int, Pose] = MappingProxyType({})) -> None:
         known = {int(body): number for number, body in enumerate(bodies)}
         heads = [body for body in known if model.body_jntnum[body] > 0]
         link_of = {body: number for number, body in enumerate(heads)}
@@ -81,7 +77,7 @@ class TreeRecords:
                 raise ValueError(f"bodies: body {body} has a free joint behind another joint")
             link["position"], link["quaternion"] = IDENTITY if FREE_JOINT in kinds else pose
         self._hang_joints(joints)
-        self._order_factor(joined)
+        self.couple(())
         self._weigh(model, list(known))
 
     def _hang_joints(self, joints: list[Any]) -> None:
@@ -97,18 +93,23 @@ class TreeRecords:
         axes["carrier"] = np.arange(axes.size) - 1
         axes["carrier"][first] = np.where(links["parent"] >= 0, last[links["parent"]], -1)
 
-    def _order_factor(self, joined: Iterable[Iterable[int]]) -> None:
+    def couple(self, joined: Iterable[Iterable[int]]) -> None:
         """Set which entries the rows of the factor have, from the elimination tree of the mass matrix.
 
         Row k of M has entries of the axes that carry axis k and of those that are coupled with it. Elimination of k
         couples all of these with each other (Liu 1990, The role of elimination trees in sparse factorization).
+
+        joined: sets of velocities of the model; a soft constraint couples those of each, and what carries them.
         """
-        place = {int(v): k for k, v in enumerate(self.v_of)}
-        couples = [sorted(place[v] for v in one if v in place) for one in joined]
-        before = [{k} - {-1} for k in self.axes["carrier"].tolist()]
-        for one in couples:
-            for i, k in enumerate(one):
-                before[k].update(one[:i])
+        place, carriers = {int(v): k for k, v in enumerate(self.v_of)}, self.axes["carrier"].tolist()
+        before = [{k} - {-1} for k in carriers]
+        for one in joined:
+            coupled, left = set[int](), {place[v] for v in one if v in place}
+            while left:
+                coupled |= left
+                left = {carriers[k] for k in left} - {-1}
+            for k in coupled:
+                before[k].update(i for i in coupled if i < k)
         self.axes["parent"] = -1
         for k in range(len(before) - 1, -1, -1):
             if before[k]:
