@@ -64,7 +64,7 @@ class Bodies:
         self._head["simple"] = self._simple = not (trees or measured)
         self._head["singles"] = count
         self._head_at = self._head.ctypes.data
-        self.rows["left"]["position"] = np.nan
+        self.rows["left"]["position"] = self.rows["mass"] = np.nan
         self.outdated = False
         self.dt = 0.0
         self._moving = self._head["moving"] = m = sum(mass_of(key, client)[0] > 0.0 for key in keys[:count])
@@ -107,7 +107,7 @@ class Bodies:
             if (mass > 0.0) != (k < self._moving):
                 self.outdated = True
                 continue
-            if row["mass"] > 0.0:
+            if row["mass"] >= 0.0:  # else it has not been read yet
                 self._state["edited"] = EDITED
             row["mass"], row["inertia"] = mass, inertia
             own["inverse_mass"] = 1.0 / mass if mass > 0.0 else 0.0

@@ -180,14 +180,8 @@ class Scene:
             i, j = self._row[key], old._row[key]
             mine.bodies["pressed"][i + 1] = theirs.bodies["pressed"][j + 1]
             if i < self.bodies.singles and j < old.bodies.singles:
-                row, past = self.bodies.rows[i], old.bodies.rows[j]
-                mass, inertia = row["mass"], row["inertia"].copy()
-                same = mass == past["mass"] and (inertia == past["inertia"]).all()
-                self.bodies.rows[i] = past
-                row["mass"], row["inertia"] = mass, inertia
+                self.bodies.rows[i] = old.bodies.rows[j]
                 for name in BODY_STATE:
                     mine.bodies[i + 1][name] = theirs.bodies[j + 1][name]
-                if not same:
-                    mine.bodies["held"][i + 1] = np.nan
-                    mine.world["edited"] = EDITED
+        self.bodies.read_masses(range(self.bodies.singles))  # anew, as they may differ from those that were taken over
         self.bodies.bind(with_contacts_of(mine, theirs, numbers, pairs))
