@@ -123,7 +123,9 @@ def set_fields(one: Any, **checked: Callable[[str, Any], Any]) -> None:
 
 
 def text_of(value: Any) -> str:
-    """Return the name of a dataclass of numbers and its fields that are not the default ones, as `named` reads them."""
+    """Return a number as text; of a dataclass of numbers, as `named` reads it, its name and fields beside defaults."""
+    if isinstance(value, Real):
+        return repr(value)
     given = ((field, getattr(value, field.name)) for field in fields(value))
     words = (
         f"{field.name}={','.join(map(repr, np.ravel(own).tolist()))}" for field, own in given if own != field.default

@@ -194,13 +194,8 @@ class Table(OverSpeed):
         return np.array(self.speeds)
 
 
-def text_of(value: float | OverSpeed) -> str:
-    """Return the text from which `read` restores this number or curve exactly."""
-    return checks.text_of(value) if isinstance(value, OverSpeed) else repr(value)
-
-
 def read(name: str, text: str) -> float | OverSpeed:
-    """Return the number or the curve that a text describes."""
+    """Return the number or the curve that a text describes, as `checks.text_of` writes it."""
     if "".join(text.split()[:1]) in KNOWN:
         return checks.named(name, text, KNOWN)
     return checks.number_in(name, text, f", or one of {', '.join(KNOWN)} with its fields")

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from contactlaw import Body, ContactPair, collide, force_along_path
+from contactlaw.checks import text_of
 from contactlaw.jit import INTERPRETED
 from contactlaw.laws.oscillator import restitution
 from contactlaw.laws.record import CONTACT, PAIR_SIZE, pair_of
 from contactlaw.laws.step import reset
-from contactlaw.losses import FallingFriction, OverSpeed, Plastic, Table, Viscoelastic, read, set_losses, text_of
+from contactlaw.losses import FallingFriction, OverSpeed, Plastic, Table, Viscoelastic, read, set_losses
 
 CURVES = [
     Viscoelastic(0.8, 1.5),
