@@ -69,7 +69,7 @@ def address_of_python(function: Callable[..., Any], numbers: np.dtype) -> int:
 def record_at(address: Any, kind: Any, count: Any) -> NDArray[Any]:
     """Return a view of records or numbers at an address."""
     size = np.dtype(kind).itemsize * int(count)
-    whole: Any = (ctypes.c_uint8 * size).from_address(int(address)) if size else b""
+    whole: Any = (ctypes.c_uint8 * size).from_address(int(address)) if size else bytearray()
     return np.frombuffer(whole, kind)
 
 

@@ -41,8 +41,7 @@ HEAD = record(
     given="u8",  # address of the generalised force (nv,) that compute gave last
     step_size="f8",
     frees="u8", free_count="i8", mocap_count="i8", tree_count="i8",
-    # ranges of the numbers that are compared, how many, and how many of these are of heights; copies: see `notices`
-    ranges="u8", range_count="i8", height_ranges="i8", watched="u8",
+    ranges="u8", range_count="i8", watched="u8",  # of the numbers that are compared, how many; copies: see `notices`
     mocaps="u8", trees="u8", springs="u8",
     # doubles of the instance in plugin_state; where in them the state of the world begins; with tendons nv before that
     # are the forces of springs and servos, see `change_of_pulls`

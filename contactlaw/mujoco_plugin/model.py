@@ -157,7 +157,7 @@ class Model:
             "places": np.concatenate([*self._place_of_v, *self._places]),
             "geoms": np.array(geoms, np.int64), "reported": reported_of(m, len(self._contacts)).ctypes.data,
             "ranges": watch, "range_count": len(watch), "watched": values,
-            "height_ranges": int(m.nhfielddata > 0), "sense": sensors.address() if senses else 0,
+            "sense": sensors.address() if senses else 0,
             "sensors": with_rows(np.zeros(0, SENSOR), listed), "sensor_count": len(listed),
             "centres": np.array([self._poses[geom].inverse().place for geom in geoms]),
             "loads": np.zeros(12 * m.nbody + 2 * nv + 6),

@@ -121,10 +121,9 @@ def watched_ranges(view: layout.ModelView, bodies: Sequence[int], geoms: Sequenc
     gap = (field + first)[1:] - (field + last)[:-1]  # 0: both are in one word
     cuts = np.flatnonzero((gap < 0) | (gap > MAX_GAP)) + 1
     begins, ends = np.append(0, cuts), np.append(cuts - 1, -1)
-    ranges = np.stack([pointer[begins], first[begins], (field + last)[ends] + 1 - (field + first)[begins]], axis=1)
-    if view.nhfielddata:
-        heights = offsets["hfield_data"][1] // 8, 0, -(-view.hfield_data.nbytes // 8)
-        ranges = np.concatenate([ranges, [heights]])
+    heights = offsets["hfield_data"][1] // 8, 0, -(-view.hfield_data.nbytes // 8)
+    counts = (field + last)[ends] + 1 - (field + first)[begins]
+    ranges = np.concatenate([np.stack([pointer[begins], first[begins], counts], axis=1), [heights]])
     values = [layout.record_at(start, np.float64, count).copy() for start, count in _resolved(view.address, ranges)]
     return ranges, np.concatenate(values)
 
@@ -156,7 +155,7 @@ def is_edited(head):
     """Return whether any watched number differs from its copy; heights count where an episode begins."""
     goes_on = data_at(head.data, 0).time != 0.0 and checksums(head).token == head.token
     kept = head.watched
-    for i in range(head.range_count - head.height_ranges if goes_on else head.range_count):
+    for i in range(head.range_count - 1 if goes_on else head.range_count):
         start = shifted(whole_at(head.model, whole_at(head.ranges, 3 * i)), whole_at(head.ranges, 3 * i + 1))
         count = whole_at(head.ranges, 3 * i + 2)
         if not same_wholes(start, kept, count):
