@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw import checks
+from contactlaw.mujoco_plugin.layout import ModelView
 from contactlaw.world.near.sets import Sets
 
 Bits = tuple[int, int]
@@ -44,6 +45,12 @@ def shape_of(geom: mujoco.MjsGeom) -> Shape:
     """Return the shape of a geom of a specification."""
     kind, name = type_of(geom.type), repr(geom.name) if geom.name else f"without a name of body {geom.parent.name!r}"
     return Shape(kind, np.array(geom.size), f"{kind} {name}")
+
+
+def shape_in(view: ModelView, geom: int) -> Shape:
+    """Return the shape of a geom of a compiled model."""
+    kind = type_of(int(view.geom_type[geom]))
+    return Shape(kind, view.geom_size[geom].copy(), f"{kind} {view.label('geom', geom)}")
 
 
 def why_not_served(one: Shape, two: Shape) -> str | None:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.mujoco_plugin import config, layout
-from contactlaw.mujoco_plugin.geoms import MAX_NAMES, Bits, Shape, first_of, native_margin, touch, type_of
+from contactlaw.mujoco_plugin.geoms import MAX_NAMES, Bits, first_of, native_margin, shape_in, touch
 from contactlaw.world.data.tree import FREE_JOINT
 from contactlaw.world.near.sets import Sets, groups
 
@@ -162,14 +162,6 @@ class ContactInstance:
             raise ValueError(f"geom2 = {self.contact.twos[0]!r}: must be another geom than geom1")
         return Sets(ones, twos, self.view.geom_bodyid.tolist().__getitem__)
 
-    @cached_property
-    def shapes(self) -> dict[int, Shape]:
-        """Shape of each geom."""
-        v = self.view
-        kinds = {geom: type_of(int(v.geom_type[geom])) for geom in self.geoms}
-        labels = {geom: f"{kind} {v.label('geom', geom)}" for geom, kind in kinds.items()}
-        return {geom: Shape(kinds[geom], v.geom_size[geom].copy(), label) for geom, label in labels.items()}
-
 
 def may_meet(view: layout.ModelView, one: Any, two: Any) -> Any:
     """Return whether the engine tests geoms of bodies that are not welded together, ids or arrays, by their bits."""
@@ -235,7 +227,7 @@ def check(view: layout.ModelView, known: list[ContactInstance], moves: Callable[
         some = any(touch(bits[one], bits[two]) for one, two in sets.by_kinds(bits.__getitem__))
         on = next((both for both in chain(named, sets.every() if some else ()) if is_native(view, *both)), None)
         if on:
-            margin, gap = native_margin(*(member.shapes[geom] for geom in on))
+            margin, gap = native_margin(*(shape_in(view, geom) for geom in on))
             one, two = (view.name("geom", geom) for geom in on)
             raise ValueError(
                 f"{_names(view, on)}: the engine's own contact of this pair is on; turn it off by <contact><pair "

@@ -12,7 +12,7 @@ import numpy as np
 
 from contactlaw.mujoco_plugin import layout, sensors, trees
 from contactlaw.mujoco_plugin.block import FREE, JOINTED, MOCAP, MOVED, PUSH, SENSOR, SPRING, STARTS, build
-from contactlaw.mujoco_plugin.geoms import check_served
+from contactlaw.mujoco_plugin.geoms import check_served, shape_in
 from contactlaw.mujoco_plugin.instances import ContactInstance, check, contact_instances, contact_of_kinds, instances
 from contactlaw.mujoco_plugin.notices import reported_of, watched_ranges
 from contactlaw.world import World
@@ -57,8 +57,8 @@ class Model:
 
     def __init__(self, view: layout.ModelView) -> None:
         self._contacts = [ContactInstance(view, number) for number in contact_instances(view)]
-        self._geom_shapes = {geom: shape for instance in self._contacts for geom, shape in instance.shapes.items()}
-        geoms = sorted(self._geom_shapes)
+        geoms = sorted({geom for instance in self._contacts for geom in instance.geoms})
+        self._geom_shapes = {geom: shape_in(view, geom) for geom in geoms}
         self._m = view
         # of each geom: the body that carries it, and the pose of the geom's own body in that one's frame
         self._carriers = {geom: self._carrier(int(self._m.geom_bodyid[geom])) for geom in geoms}
@@ -83,7 +83,7 @@ class Model:
         self._shapes = {geom: self._add_shape(geom) for geom in geoms}
         for instance in self._contacts:
             if not instance.native:
-                check_served(instance.sets, instance.shapes)
+                check_served(instance.sets, self._geom_shapes)
             ones, twos = ([shape for geom in side for shape in self._shapes[geom]] for side in instance.sides)
             self._world.add_contact(ones, twos, instance.contact.pair)
 
@@ -287,7 +287,7 @@ class Model:
         return {v for one in ids if one >= 0 for v in self._velocities(what, one)}
 
     def _velocities(self, what: str, one: int) -> set[int]:
-        """Return the velocities that move a "joint", "body", "site" or "geom", or may change a "tendon" in length."""
+        """Return the last velocity that moves a "joint", "body", "site" or "geom", or each part of a "tendon"."""
         m = self._m
         if what == "joint":
             return {int(m.jnt_dofadr[one])}
