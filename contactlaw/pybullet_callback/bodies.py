@@ -46,7 +46,8 @@ class Bodies:
         dt: Time step [s].
         singles: Number of bodies without joints.
         flies: Whether no two bodies can touch in the next step, which then begins by nothing.
-        outdated: Whether a body has got a mass, or lost it, so that other bodies than before can move.
+        outdated: Whether a body has got a mass, or lost it, so that other bodies than before can move, or links have
+            other masses than before.
     """
 
     def __init__(
@@ -116,11 +117,11 @@ class Bodies:
             own["oriented"] |= 1 - own["isotropic"]
             own["held"] = np.nan
 
-    def near_masses_changed(self) -> bool:
-        """Read masses of all bodies that may touch something soon; return whether those of links have changed."""
+    def _read_near_masses(self) -> None:
+        """Read masses of all bodies that may touch something soon, and of all links."""
         near = self.arrays.near_bodies[: self._state["near_body_count"][0]].tolist()
         self.read_masses([k - 1 for k in near if k <= self._moving])
-        return any(one.inertias() != one.known for one in self.trees)
+        self.outdated |= any(one.inertias() != one.known for one in self.trees)
 
     def take_step(self) -> int:
         """Step PyBullet, then the world with the accelerations of that step; return as `hooks.write_bodies`."""
@@ -133,7 +134,7 @@ class Bodies:
                 one.apply_push()
         STEP_BULLET(self._client)
         if self.flies and self._fly():
-            return 0 if self.flies else rows.LISTED  # what is near is then to be read as a whole
+            return 0
         before, self._after = self._after, self._read_velocities(self._after if self._sleeps else ())
         if self._sleeps:
             if before is self._after:
@@ -147,6 +148,8 @@ class Bodies:
             self._put(done // rows.FLAGS)
         for one in self.trees:
             one.write_back(self.dt)
+        if done & rows.LISTED:
+            self._read_near_masses()
         return done
 
     def _begin_step(self) -> None:
@@ -226,10 +229,13 @@ class Bodies:
         if done == STRAYED:
             self._read()
             self._read_parameters()
+            self.read_masses(range(self._moving))
             rewind(self._head_at)
             if self._set_bodies() == PASSED:
                 done = has_flown(self._head_at)
         self.flies = done == PASSED
+        if done == 0:
+            self._read_near_masses()
         return done != STRAYED
 
     def _finish_step(self) -> int:

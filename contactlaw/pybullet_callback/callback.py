@@ -13,7 +13,7 @@ from contactlaw import checks
 from contactlaw.jit import INTERPRETED
 from contactlaw.pair import ContactPair, ContactWarning
 from contactlaw.pybullet_callback.contact import Contact, ContactState, Tags, sets_of
-from contactlaw.pybullet_callback.rows import LISTED, NOTED
+from contactlaw.pybullet_callback.rows import NOTED
 from contactlaw.pybullet_callback.scene import Saved, Scene
 from contactlaw.pybullet_callback.shapes import client_of, engine_parameters, identity, read_sides
 from contactlaw.pybullet_callback.stepping import NEXT, STEP_BULLET, STEPPED, take
@@ -218,7 +218,7 @@ class ContactCallback:
         except p.error:  # its message does not name the body
             self._tags.check()
             raise
-        if scene.bodies.outdated or (flags & LISTED and scene.bodies.near_masses_changed()):
+        if scene.bodies.outdated:
             self.look()
         if flags & NOTED:
             for text in scene.new_warnings():

@@ -157,7 +157,6 @@ def rewind(block):
     """
     head = rows.head_at(block, 0)
     w = world_at(head.world, 0)
-    head.lists = -1  # so that masses are read, which may have been changed in flight, too
     for k in range(head.moving):
         m, old = rows.motion_at(head.motions, k), rows.row_at(head.rows, k).left
         x, way = load(m.position), scale(head.dt, load(m.velocity))

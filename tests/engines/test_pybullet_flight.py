@@ -111,6 +111,19 @@ def test_what_is_done_in_flight_is_noticed_in_the_same_step(act: Callable[[int, 
     assert flown == pytest.approx(known, rel=1e-9, abs=1e-10)
 
 
+def test_a_mass_that_is_changed_in_flight_counts_in_an_impact_of_the_same_step(client: int) -> None:
+    one, other = ball(client, UP), ball(client, UP + [0.3, 0, 0])
+    mass, (moment, *_) = (p.getDynamicsInfo(one, -1, client)[i] for i in (0, 2))
+    callback, _ = in_contact(client, one, other, pair_of(), dt=1 / 240)
+    step(callback, 5)
+    p.changeDynamics(one, -1, mass=3.0 * mass, localInertiaDiagonal=[3.0 * moment] * 3, physicsClientId=client)
+    p.resetBaseVelocity(one, [100.0, 0, 0], physicsClientId=client)
+    step(callback, 2)
+    (first, _), (second, _) = (velocities(client, body) for body in (one, other))
+    assert second[0] > 0.0
+    assert 3.0 * first[0] + second[0] == pytest.approx(300.0, rel=1e-9)
+
+
 @pytest.mark.parametrize("kind", ["box", "uneven ball"])
 def test_what_tumbles_in_flight_keeps_its_energy_and_angular_momentum(client: int, kind: str) -> None:
     """In Bullet's own flight a box's energy falls by half in this second, its angular momentum by a quarter."""
