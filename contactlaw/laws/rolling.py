@@ -19,8 +19,6 @@ from math import sqrt
 
 from contactlaw.jit import jit
 
-CALM = 1.0  # damping of a persistent contact that hardly moves, as a share of critical damping: the soonest at rest
-
 
 @jit
 def stiffness(contact, resistance):

@@ -46,7 +46,7 @@ from contactlaw.laws import torsion
 from contactlaw.laws.hertz import greatest_overlap
 from contactlaw.laws.record import LASTING, OPEN, PAIR_SIZE, SPRUNG, SPUN, law_at
 from contactlaw.laws.slip import carried, slipped_along_mean, span_of
-from contactlaw.laws.torsion import FULL, critical_dashpot, limit_point, stuck_stiffness
+from contactlaw.laws.torsion import FULL, limit_point, stuck_stiffness
 from contactlaw.memory import doubles_at
 
 RINGS, SECTORS = 10, 4
@@ -362,7 +362,7 @@ def advance_spinning(c, memory, numbers, moved, turned, dt, roomy, dashpot):
     Where its law allows, sectors follow a contact from its touch, until it is a persistent contact or the span of its
     rings no longer fits. memory, numbers: addresses of the law's history and of the pair's numbers. moved, turned, dt:
     as for `torsion.advance`. roomy: whether sectors may begin. dashpot: spin of A over B [rad/s] and effective moment
-    of inertia [kg m^2], of a dashpot about the normal; inertia 0: none.
+    of inertia [kg m^2], of a critical dashpot about the normal; inertia 0: none.
     """
     t, pair, law = c.touch, law_at(numbers, 0), carray(doubles_at(numbers + 8 * PAIR_SIZE), 1)
     own = carray(doubles_at(memory), 2 * int(pair.vectors))
@@ -381,5 +381,5 @@ def advance_spinning(c, memory, numbers, moved, turned, dt, roomy, dashpot):
     c.torsion.friction, (rate, inertia) = left, dashpot
     if inertia > 0.0:  # within the limit of the moment
         radius = sqrt(t.radius * t.overlap)
-        most, drag = FULL * left * t.force * radius, critical_dashpot(stuck_stiffness(pair.g_t, radius), inertia)
+        most, drag = FULL * left * t.force * radius, 2.0 * sqrt(stuck_stiffness(pair.g_t, radius) * inertia)
         c.torsion.moment = min(max(c.torsion.moment + drag * rate, -most), most)

@@ -124,15 +124,6 @@ def stuck_stiffness(modulus, radius):
     return 16.0 / 3.0 * modulus * radius**3
 
 
-@jit_inline
-def critical_dashpot(stiffness, inertia):
-    """Coefficient [N m s/rad] of the dashpot beside a stuck contact, which would swing about its normal for ever.
-
-    stiffness: [N m/rad]; inertia: effective moment of inertia [kg m^2].
-    """
-    return 2.0 * sqrt(stiffness * inertia)
-
-
 def twist(state, contact, modulus, angle, friction):
     """Update the moment of a contact twisted by an angle [rad]. modulus: G_t [Pa]; friction: left for the moment.
 

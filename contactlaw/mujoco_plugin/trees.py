@@ -156,7 +156,10 @@ def find_tree(head, j, t, needed):
         store(t.base, load(floats(d.xpos, 3 * j.base, 3)))
         copy(floats(d.xquat, 4 * j.base, 4), t.base_turn)
         if not is_static(body_at(w.bodies, t.hangs_on)):
-            report_towed(head, w, j, t)
+            for k in range(w.nears):
+                p, own = near_at(w.near, k), body_at(t.bodies, 0).tree
+                if own == body_at(w.bodies, p.body_a).tree or own == body_at(w.bodies, p.body_b).tree:
+                    report_once(head, TOWED, float(j.base))
     asleep = body_at(t.bodies, 0).asleep != 0
     known = SLEEPS if asleep else PASSES
     if (needed or asleep) and (w.stale != 0 or j.there != known):  # stale: the motion may be forgotten
@@ -183,14 +186,6 @@ def is_pushed(head, j, t):
     for k in range(t.v_size):
         pushed = pushed or doubles_at(head.given)[whole_at(head.places, j.v + k)] != 0.0
     return pushed
-
-
-def report_towed(head, w, j, t):
-    """Report a tree on a moving mocap body, if anything is near: its contacts do not know the velocity of that body."""
-    for k in range(w.nears):
-        p, own = near_at(w.near, k), body_at(t.bodies, 0).tree
-        if own == body_at(w.bodies, p.body_a).tree or own == body_at(w.bodies, p.body_b).tree:
-            report_once(head, TOWED, float(j.base))
 
 
 def set_bodies(head, j, t, state):

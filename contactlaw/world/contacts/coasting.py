@@ -162,7 +162,7 @@ def begin_torsion(w, c, r, h):
     slides = r.longest * sqrt(c.moved[0] ** 2 + c.moved[1] ** 2) > c.interval * slide_to_slip(t, t.friction)
     r.torsion_limit = torsion.FULL * radius * (c.torsion.friction if slides else t.mu)
     if r.drag != 0.0:
-        r.torsion_drag = torsion.critical_dashpot(r.torsion, 1.0 / spin_mobility(w, c)) / h
+        r.torsion_drag = 2.0 * sqrt(r.torsion * (1.0 / spin_mobility(w, c, load(c.normal)))) / h
 
 
 @jit_inline

@@ -56,7 +56,7 @@ def advance_contact(w, c, slot, moved, slide, dt, motion):
     pressed = press(t, law, dt, motion)
     damped = has_dashpot(c)
     if spun and ready(w, SPIN):
-        inertia = 1.0 / spin_mobility(w, c) if damped else 0.0
+        inertia = 1.0 / spin_mobility(w, c, load(c.normal)) if damped else 0.0
         turned = c.pending_twist, c.twist_overlap if c.twist_overlap > 0.0 else t.before
         call_spin(address(w, SPIN), c, own, numbers, moved, turned, dt, w.twists == TWIST_ALWAYS, (slide[2], inertia))
         c.pending_twist, c.twist_overlap = 0.0, 0.0
@@ -69,12 +69,11 @@ def advance_contact(w, c, slot, moved, slide, dt, motion):
 
 @jit_inline
 def has_dashpot(c):
-    """Return whether a tangential dashpot acts: in quasi-static persistent contacts with damping along the normal.
+    """Return whether dashpots act along and about all axes: in quasi-static persistent contacts with a normal one.
 
-    Without it a contact that sticks would swing tangentially for ever.
+    Without them a contact that sticks, or a body that has stopped rolling, would swing for ever.
     """
-    t = c.touch
-    return t.course == LASTING and t.friction > 0.0 and t.zeta > 0.0 and is_quasi_static(c, 1.0)
+    return c.touch.course == LASTING and c.touch.zeta > 0.0 and is_quasi_static(c, 1.0)
 
 
 @jit_inline
@@ -88,9 +87,8 @@ def twist_of(c, a, b):
 
 
 @jit_inline
-def spin_mobility(w, c):
-    """Return the angular acceleration of A over B about the normal by a moment of 1 N m [1/(kg m^2)]."""
-    n = load(c.normal)
+def spin_mobility(w, c, n):
+    """Return the angular acceleration of A over B about an axis n by a moment of 1 N m [1/(kg m^2)]."""
     return dot(n, add(spin_change(body_at(w.bodies, c.body_a), n), spin_change(body_at(w.bodies, c.body_b), n)))
 
 
@@ -100,7 +98,7 @@ def torsion_time(w, c):
     if c.torsion.span == 0.0:
         return NEVER
     stiffness = torsion.stuck_stiffness(law_of(w, pair_at(w.pairs, c.pair)).g_t, sqrt(c.touch.radius * c.touch.overlap))
-    return TORSION_PHASE / sqrt(stiffness * spin_mobility(w, c))
+    return TORSION_PHASE / sqrt(stiffness * spin_mobility(w, c, load(c.normal)))
 
 
 def advance_from_saved(w, c, slot, moved, slide):
@@ -258,16 +256,11 @@ def advance_rolling(w, c, rate):
 
 
 def rolling_dashpot(w, c, resistance):
-    """Return the rolling dashpot [N s/m] of a quasi-static persistent contact with damping; else zero.
-
-    Without it a body that has stopped rolling would swing on the spring for ever.
-    """
-    t, a, b = c.touch, body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
-    if t.course != LASTING or t.zeta == 0.0 or not is_quasi_static(c, 1.0):
+    """Return the dashpot [N s/m] beside the spring of rolling resistance, critical as that of torsion; zero: none."""
+    if not has_dashpot(c):
         return 0.0
     f = scale(c.radii[1], cross(load(c.normal), load(c.axis)))
-    mobility = dot(f, spin_change(a, f)) + dot(f, spin_change(b, f))
-    return 2.0 * rolling.CALM * sqrt(rolling.stiffness(t, resistance) / mobility)
+    return 2.0 * sqrt(rolling.stiffness(c.touch, resistance) * (1.0 / spin_mobility(w, c, f)))
 
 
 def rolling_axes(c):
