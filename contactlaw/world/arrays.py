@@ -18,6 +18,7 @@ from contactlaw.world.trees.tree_records import addresses
 
 FAR = 1e3  # [m] reach of a plane on a moving body
 RECORDED, NONE = set(RECORDS["shapes"].names or ()), np.zeros((0, 3))  # fields of shapes; no vertices
+CENTRED = 1e-9  # share of a body's reach, and of unity, by which rounding may put an axis beside that of its shapes
 LEAST = 64  # room for near pairs and contacts at the start
 # arrays of which a saved state has all, or as many rows as are in use, which `WORLD` says by these names
 MOVING = ("bodies", "shapes", "pairs", "trees", "joints", "near_bodies", "world")
@@ -110,8 +111,20 @@ def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     sizes = np.where(bodies["size"] > 0.0, bodies["size"], np.inf)
     np.minimum.at(sizes, new["body"][on_body], least[on_body])
     bodies["size"] = np.where(sizes < np.inf, sizes, 0.0)
+    set_round(bodies, shapes[~np.isin(shapes["kind"], kinds.PARTS)])
     one.world["stale"] = 1
     return one._replace(shapes=shapes, points=points, sweep=np.zeros(7 * shapes.size, np.int64))
+
+
+def set_round(bodies: Array, whole: Array) -> None:
+    """Set the axes about which bodies are round, from all whole shapes."""
+    long, body = np.isin(whole["kind"], (kinds.CYLINDER, kinds.SEGMENT)), whole["body"]
+    axes = np.where((whole["kind"] == kinds.CYLINDER)[:, None], whole["axes"].reshape(-1, 9)[:, 2::3], whole["half"])
+    axes /= np.maximum(np.linalg.norm(axes, axis=1), 1e-300)[:, None]
+    bodies["round"][body[long]] = axes[long]
+    off = np.linalg.norm(np.cross(whole["at"], bodies["round"][body]), axis=1) > CENTRED * bodies["reach"][body]
+    off |= long & (np.abs((axes * bodies["round"][body]).sum(1)) < 1.0 - CENTRED)
+    bodies["round"][body[off | ~(long | np.isin(whole["kind"], (kinds.SPHERE, kinds.END)))]] = 0.0
 
 
 def with_pair(one: Arrays, radius: float, numbers: Array, size: int) -> Arrays:

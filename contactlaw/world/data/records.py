@@ -47,6 +47,7 @@ BODY = record(
     touched="i8", placed="i8",  # 1: its step ends as the world has it; the user has moved it (PUT: elsewhere at once)
     path="f8", next_path="f8",  # [m] that its surface has moved in a window's substeps, at most, and may in the next
     reach="f8",  # [m] from its centre of mass to the furthest centre, middle line or core of its shapes
+    round=VECTOR,  # unit vector of an axis through that, along its own, about which its shapes are round; zero: none
     # its turn
     quaternion=("f8", (4,)),  # scalar first
     axes=MATRIX,  # the quaternion as a matrix: principal axes of inertia to world

@@ -12,10 +12,10 @@ from contactlaw.world.contacts.meeting import radius_of
 from contactlaw.world.contacts.pace import closing_speed, resting_duration, stays_closed
 from contactlaw.world.contacts.substep import TOUCHING
 from contactlaw.world.data.access import body_at, contact_at, near_at, pair_at, row_at, shape_at, tree_at
-from contactlaw.world.data.kinds import DISC, SEGMENT, SIDE
+from contactlaw.world.data.kinds import CORNER, DISC, SEGMENT, SIDE
 from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.records import NEVER
-from contactlaw.world.data.vec import ZERO, cross, dot, load, norm, sub, to_body, to_world
+from contactlaw.world.data.vec import ZERO, axpy, cross, dot, load, norm, sub, to_body, to_world
 from contactlaw.world.near.time_of_impact import find_gap
 from contactlaw.world.shapes.core import CROWN
 
@@ -70,9 +70,14 @@ def is_persistent(w, bodies, pairs):
     return closed > 0
 
 
-def turns_far(w, b):
-    """Return whether a body turns so far within the step that its contacts and gaps are not those of its start."""
-    return b.oriented != 0 and norm(load(b.spin)) * w.step > LARGEST_TURN
+def turns_far(w, b, foot=False):
+    """Return whether a body turns so far within the step that its contacts and gaps are not those of its start.
+
+    A turn about `BODY.round` leaves them as they are, but for those of the feet that it may stand on.
+    """
+    spin, axis = load(b.spin), to_world(b.axes, load(b.round))
+    spin = spin if foot else axpy(-dot(spin, axis), axis, spin)
+    return b.oriented != 0 and norm(spin) * w.step > LARGEST_TURN
 
 
 def strikes(w, p):
@@ -87,6 +92,8 @@ def strikes(w, p):
             return p.toi < w.step
         closing, gap, push = max(p.closing, 0.0), max(p.gap, 0.0), max_push(p, a, b)
         return time_to_close(gap, p.closing, push) < w.step and closing * closing + 2.0 * push * gap > 0.0
+    if shape_at(w.shapes, p.a).kind == CORNER and turns_far(w, a, True):
+        return True
     c = contact_at(w.contacts, p.slot)
     springless = c.touch.friction > 0.0 and not 0.0 < force.stuck_stiffness_of(w, c) < NEVER  # rigid, or by rates alone
     if springless or not stays_closed(c, a, b):
