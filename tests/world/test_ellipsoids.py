@@ -253,11 +253,11 @@ def test_an_ellipsoid_comes_to_rest_on_its_flat_side(timestep: float) -> None:
     world = World(timestep=timestep)
     shape = ellipsoid(world, np.random.default_rng(3), (0.0, 0.0, 0.05), (0.1, 0.0, 0.0), spin=1.0)
     world.add_contact(shape, world.add_plane(None, *FLOOR), steel_pair(0.4, 0.5))
-    energy = scale = world.energy.total
+    energies = [world.energy.total]
     for _ in range(round(5.0 / timestep)):
         world.step()
-        assert world.energy.total <= energy + 1e-6 * scale
-        energy = world.energy.total
+        assert world.energy.total <= max(energies[-10:]) + 1e-6 * energies[0]  # errors of steps come back
+        energies.append(world.energy.total)
     assert world.position[0, 2] < 0.021
 
 
@@ -282,3 +282,23 @@ def test_an_ellipsoid_that_turns_onto_its_long_side_gains_nothing(timestep: floa
     world.step(round(0.02 / timestep))
     assert world.velocity[body, 2] > 0.1
     assert world.energy.total == pytest.approx(energy, rel=1e-6)
+
+
+@pytest.mark.parametrize(("timestep", "share"), [(2e-3, 2e-3), (5e-3, 1e-2)])
+def test_an_ellipsoid_that_rocks_rocks_on(timestep: float, share: float) -> None:
+    """In two seconds, 36 swings, without slip: 2.6 % of its energy was lost at 2 ms, 12 % at 5 ms, as steps that gain
+    what others had lost were not taken."""
+    world, half, tilt = World(timestep=timestep), np.array([0.06, 0.03, 0.012]), 0.1
+    height, mass = np.hypot(half[0] * np.sin(tilt), half[2] * np.cos(tilt)), 0.7
+    inertia = mass / 5.0 * (half @ half - half * half)
+    turned = (np.cos(0.5 * tilt), 0.0, np.sin(0.5 * tilt), 0.0)
+    body = world.add_body(mass, inertia, (0.0, 0.0, height), quaternion=turned)
+    world.add_contact(world.add_ellipsoid(body, half), world.add_plane(None, *FLOOR), steel_pair(0.5, 0.5))
+    lowest = mass * 9.81 * half[2]
+    world.step(round(0.02 / timestep))
+    energies = [world.energy.total - lowest]
+    for _ in range(round(2.0 / timestep)):
+        world.step()
+        energies.append(world.energy.total - lowest)
+    assert max(energies[-round(0.11 / timestep) :]) > (1.0 - share) * energies[0]
+    assert max(energies) < (1.0 + 1e-4) * energies[0]

@@ -173,6 +173,7 @@ CONTACT = record(
     normal=VECTOR, tangent=VECTOR, arm_a=VECTOR, arm_b=VECTOR,
     axis=VECTOR, radii=("f8", (2,)),  # for rolling resistance, see `meeting.update_ellipse`
     force=VECTOR,  # force on A [N]
+    credit="f8",  # [J] its share of what implicit steps of its island have lost by their error, see `implicit.step`
     # ledger, since the touch
     impulse=VECTOR, earlier=VECTOR,  # impulse on A [N s]; its value at the start of the step
     normal_work="f8", friction_work="f8",  # work on the bodies [J]; losses are negative
@@ -186,7 +187,8 @@ ROW = record(
     near="i8", slot="i8",  # of its pair; of its contact, -1: open so far
     fresh="i8",  # 1: it became a contact in this step
     slide=VECTOR,  # slip velocity of A over B at the end of a stage, see `force.advance_contact`
-    closing="f8",  # speed [m/s]
+    closing="f8", overlap="f8",  # speed [m/s] and overlap [m] at the bodies' places
+    beyond=VECTOR,  # overlap, and displacement along both tangents [m], beyond those of its forces: `newton.keep_near`
     push=VECTOR, impulse=VECTOR,  # [N s] on A by the stages solved: along their normals, and in all
 )  # fmt: skip
 """A contact in an implicit step, see `implicit.step`."""

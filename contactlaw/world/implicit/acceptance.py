@@ -20,7 +20,7 @@ from contactlaw.world.near.time_of_impact import find_gap
 from contactlaw.world.shapes.core import CROWN
 
 MAX_WHIRL = 0.01  # [rad] by which the deepest point of a disc may run round its rim in an implicit step
-ENERGY_GAIN = 1e-6  # of an island's energy: what rounding and the error of a second-order step may add
+ENERGY_GAIN = 1e-6  # of an island's energy: what a step may add beyond what others have lost
 MANY, WORTH = 128, 16.0  # unknowns from which substeps are cheaper, unless a step has so many `resting_duration`
 LARGEST_TURN = 0.1  # [rad] of a body with shapes off its centre in an implicit step
 LEAST_TURN = 1e-5  # [rad] of a body in contact in a step, from which islands with trees take two stages
@@ -187,16 +187,16 @@ def changes_regime(w, pairs):
 
 
 def energy(w, bodies, pairs):
-    """Return the energy [J] of an island: kinetic and stored in contacts, less the work of loads since the step began.
+    """Return the energy [J] of an island: kinetic, less the work of loads since the step began, and stored in contacts.
 
-    The second result is the sum of the absolute values of these terms; NEVER where joints, or drives of kinematic
-    bodies, do work.
+    The third result is the sum of the absolute values of these terms; NEVER where joints, or drives of kinematic
+    bodies, do work. The last one is the credit of its contacts, see `implicit.step`.
     """
-    total, size = 0.0, 0.0
+    total, stored, size, credit = 0.0, 0.0, 0.0, 0.0
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         if b.tree != 0 or b.unknown < 0:
-            return 0.0, NEVER
+            return 0.0, 0.0, NEVER, 0.0
         v, spin = load(b.velocity), to_body(b.axes, load(b.spin))
         motion = dot(v, v) / b.inverse_mass
         for j in range(3):
@@ -207,9 +207,9 @@ def energy(w, bodies, pairs):
     for i in range(pairs):
         slot = row_at(w.rows, i).slot
         if slot >= 0:
-            stored = force.stored_energy(w, contact_at(w.contacts, slot), slot)
-            total, size = total + stored, size + stored
-    return total, size
+            stored += force.stored_energy(w, contact_at(w.contacts, slot), slot)
+            credit += contact_at(w.contacts, slot).credit
+    return total, stored, size + stored, credit
 
 
 jit_module(__name__)

@@ -38,6 +38,9 @@ CONVERGED = 1e-9  # of its overlap; across the normal of its slide, too
 SLIDE_CONVERGED = 1e-7  # along the normal of a contact that slides as a whole: of mu times its slide
 ROUNDING = 4e-15  # of the positions of its bodies along the normal
 IMPACT_SQUARED = 10.8  # duration of an impact squared, times force / (overlap * mass); islands sleep by motion in that
+# Ways of a contact over its overlap at the start of the step: in the first iteration, from where the matrix of the last
+# stage does not serve, and in others, from where a law is not followed, see `keep_near`
+KEPT, FAR = 0.1, 0.5
 INSIDE = 1.0 - 1e-9  # of a half length, and of the cosine of a normal to a face's: within them a side lies on the face
 
 
@@ -124,12 +127,32 @@ def rounding_scale(n, b):
     return abs(n[0] * b.position[0]) + abs(n[1] * b.position[1]) + abs(n[2] * b.position[2])
 
 
-def evaluate_contact(w, r, span, again):
+def keep_near(r, c, first):
+    """Return whether a contact is far from where it was in the last iteration, in the first one from the step's start.
+
+    One that sticks then has the forces of its overlap at the start, in the first iteration those of its displacement
+    there too, and linear ones by what it is `beyond`, see `add_stiffness`: a first guess may press a stiff contact by
+    many times its overlap, or relieve it so that it would slip. What slips from rest slips on in later iterations.
+    """
+    t = c.touch
+    way, r.overlap = abs(t.overlap - (t.before if first else r.overlap)), t.overlap
+    far = way > (KEPT if first else FAR) * t.before
+    linear = far and r.fresh == 0 and c.torsion.span == 0.0 and not force.slips_fully(t)
+    store(r.beyond, ZERO)
+    if linear:
+        r.beyond[0], t.overlap = t.overlap - t.before, t.before
+    if linear and first:
+        r.beyond[1], r.beyond[2] = c.moved[0], c.moved[1]
+        c.moved[0], c.moved[1] = 0.0, 0.0
+    return linear or (first and far)
+
+
+def evaluate_contact(w, r, span, iteration):
     """Evaluate the contact of a row at the bodies' places, and add its impulse over a stage to the residual.
 
-    span: length of the stage [s], and time of its end from the start of the step. again: whether the contact has been
-    evaluated since it was saved. An open pair that overlaps there is closed. Returns whether the contact has moved by
-    more than its tolerance since the last iteration, and the residual [m/s] of such a motion.
+    span: length of the stage [s], and time of its end from the start of the step. An open pair that overlaps there is
+    closed. Returns whether the contact has moved by more than its tolerance since the last iteration, and the residual
+    [m/s] of such a motion; -1 if it is far, see `keep_near`.
 
     In the first of two stages a contact moves by b times its present rates, and an open pair closes by them, not where
     the bodies are: stiff, it would hold V along the chord of a curved path. A ball in a bowl would lose (omega h)^2 of
@@ -150,7 +173,7 @@ def evaluate_contact(w, r, span, again):
             return False, NEVER
         r.slot, r.fresh = p.slot, 1
         save_contact(w, r.slot)
-    if again:
+    if iteration > 0 or time > stage:
         restore_contact(w, r.slot)
     c = contact_at(w.contacts, r.slot)
     measure(w, c, a, b)
@@ -166,9 +189,10 @@ def evaluate_contact(w, r, span, again):
         t.overlap = t.before + stage * t.closing
         store(c.moved, scale(stage, slide))
     rounding = ROUNDING * (rounding_scale(n, a) + rounding_scale(n, b))
+    far = keep_near(r, c, iteration == 0)
     if t.overlap <= 0.0:  # opened by this iteration, so not converged unless it hardly moves
         t.force, t.f, t.g = 0.0, 0.0, 0.0
-        return along > rounding - CONVERGED * t.overlap, NEVER
+        return along > rounding - CONVERGED * t.overlap, -1.0 if far else NEVER
     force.advance_contact(w, c, r.slot, load(c.moved), slide, 0.0, BY_ITSELF)
     if law_of(w, pair_at(w.pairs, c.pair)).rolling != 0.0:
         axis = load(c.axis)
@@ -181,6 +205,8 @@ def evaluate_contact(w, r, span, again):
     taken = min(t.friction * slid, t.overlap) if force.slips_fully(t) else 0.0
     tolerance = CONVERGED * pace * t.overlap + SLIDE_CONVERGED * taken
     moving = not (along <= tolerance + rounding and across <= tolerance + rounding + CONVERGED * slid)  # NaN has moved
+    if far:
+        return True, -1.0
     return moving, (tolerance + pace * rounding) / stage  # motion along a slow contact leaves less than itself
 
 
@@ -192,7 +218,7 @@ def add_stiffness(w, r, stage):
     a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
     k = force.slopes(w, c, r.slot, load(c.moved), load(r.slide), stage)
     n, e = load(c.normal), load(c.tangent)
-    eq = equations_of(w)
+    eq, (over, du, dv) = equations_of(w), load(r.beyond)
     h, first, jn, ju, jv = eq.h, eq.first, eq.along_n, eq.along_u, eq.along_v
     of_a, of_b = unknowns_of_both(a, b)
     for row, direction in ((jn, n), (ju, e), (jv, cross(n, e))):
@@ -208,6 +234,7 @@ def add_stiffness(w, r, stage):
             by_n = square * (k[0] * jn[i] - k[1] * ju[i] - k[2] * jv[i])
             by_u = square * (k[3] * ju[i] + k[4] * jv[i])
             by_v = square * (k[5] * ju[i] + k[6] * jv[i])
+            eq.right[i] += (by_n * over - by_u * du - by_v * dv) / stage
             for begin, stop in (of_a, of_b):
                 for j in entries(begin, stop):
                     h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j]
