@@ -26,8 +26,8 @@ from contactlaw.world.data.records import AGED, NEVER, PARTED, PUT, TWIST_ALWAYS
 from contactlaw.world.data.tree import PASSES
 from contactlaw.world.data.vec import load, store
 from contactlaw.world.island import integrate
-from contactlaw.world.near.guards import any_guard_exceeded, surface_speed
-from contactlaw.world.near.listing import list_near, list_parts_anew, may_leave_margin
+from contactlaw.world.near.guards import any_guard_exceeded, has_shapes, surface_speed
+from contactlaw.world.near.listing import list_near, list_parts_anew, may_leave_margin, travelled, way_ahead
 from contactlaw.world.near.passing import deny_late, find_pressed
 from contactlaw.world.shapes.geometry import forget_place
 from contactlaw.world.sleep import is_disturbed, wake
@@ -113,12 +113,8 @@ def finish(w):
             list_near(w)
             deny_late(w, dt - now)
         first, pairs = window.predict_all(w, now, dt)
-        if w.age == AGED and first < NEVER:
-            window.list_anew(w, 1)
-            first, pairs = window.predict_all(w, now, dt)
         if now == 0.0 and w.together == 1 and take_implicit_steps(w):
             first, pairs = window.predict_all(w, now, dt)
-            w.age = min(w.age, AGED)
         shortest, length, watched = window.plan_window(w)
         if w.age == AGED and min(first, shortest) < NEVER:
             window.list_anew(w, 1)
@@ -151,7 +147,7 @@ def finish(w):
 
 
 def take_implicit_steps(w):
-    """Call `implicit.step.take_implicit_steps`; return whether any island has taken one.
+    """Call `implicit.step.take_implicit_steps`; return whether it has changed bodies, or near pairs.
 
     Only if a moving body has contacts that cannot part, see `pace.stays_closed`, for one of which the step is long. One
     that can part keeps its body, or all of a tree, from it: then the gaps around it need not be found.
@@ -219,7 +215,8 @@ def begin_body(w, b):
     update_momentum(b)
     b.still = 1 if b.asleep != 0 or (is_static(b) and b.placed < PUT) else 0  # what is put somewhere may wake others
     w.rested = min(w.rested, b.still)
-    if may_leave_margin(b, w.step - b.time):
+    b.way = way_ahead(b, w.step - b.time)
+    if has_shapes(b) and travelled(b) + b.way > b.margin:
         w.stale = 1
 
 

@@ -15,9 +15,9 @@ from contactlaw.world.bodies.bounds import is_idle, time_to_close
 from contactlaw.world.bodies.motion import fly, mobility_bound
 from contactlaw.world.contacts.pace import closing_speed, contact_duration, touch_duration
 from contactlaw.world.contacts.touch import nears_in_use
-from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at, tree_at
+from contactlaw.world.data.access import body_at, contact_at, near_at, shape_at, tree_at
 from contactlaw.world.data.call import call_with_body
-from contactlaw.world.data.records import AGED, FRESH, NEVER
+from contactlaw.world.data.records import FRESH, NEVER, STRIKES
 from contactlaw.world.near import guards
 from contactlaw.world.near.listing import list_near, may_leave_margin
 from contactlaw.world.near.time_of_impact import find_gap, predict
@@ -34,10 +34,9 @@ def predict_all(w, now, step, pairs=-1):
     """Predict the times of impact of open pairs; return the next one [s], or NEVER, and how many are within the step.
 
     now: time of the step [s]; step: its length [s]. A pair is predicted anew if the velocity of one of its bodies has
-    changed or its time of impact has come. An AGED list must have none: then the first time found is returned. Pairs
-    within the step are listed in `island_pairs`. pairs: how many the last call listed, which alone matter while all
-    fly, or -1: all near pairs. What has stopped for one of those, as trees do, is predicted anew in all of them, so
-    that it does not soon stop for the next.
+    changed or its time of impact has come. Pairs within the step are listed in `island_pairs`. pairs: how many the last
+    call listed, which alone matter while all fly, or -1: all near pairs. What has stopped for one of those, as trees
+    do, is predicted anew in all of them, so that it does not soon stop for the next.
     """
     first, within = NEVER, 0
     for i in range(w.nears if pairs < 0 else pairs):
@@ -56,8 +55,6 @@ def predict_all(w, now, step, pairs=-1):
                     predict(w, p, now)
         if p.toi < step:
             first = min(first, p.toi)
-            if w.age == AGED:
-                return first, 0  # near pairs must be listed anew
             set_whole(w.island_pairs, within, k)
             within += 1
     for n in range(w.near_body_count):
@@ -127,9 +124,21 @@ def shortest_new_impact(w, now, pairs):
 def activate(w, now, until):
     """Activate the pairs that are closed or can close in a window; return whether a sleeping body is in one.
 
-    now, until: start and end of the window [s]. Bodies of active pairs fly to its start and are joined into islands. An
-    impact can throw a body against others, so bounds on changes of velocity spread along active pairs until no further
-    pair can close. They spread among sleeping bodies too, as if these were awake.
+    now, until: start and end of the window [s].
+    """
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        left_out = is_left_out(body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
+        p.active = STRIKES if not left_out and (p.closed != 0 or p.toi <= until) else 0
+    return spread(w, now, until)
+
+
+def spread(w, now, until):
+    """Activate the pairs, besides those that are active, that impacts can close; return what `activate` tells.
+
+    Bodies of active pairs fly to the start of the window and are joined into islands. An impact can throw a body
+    against others, so bounds on changes of velocity spread from the pairs that are active as STRIKES along all of them,
+    until no further pair can close. They spread among sleeping bodies too, as if these were awake.
     """
     length, widest = until - now, 0.0
     for n in range(w.near_body_count):
@@ -146,22 +155,22 @@ def activate(w, now, until):
         changed = False
         for k in range(w.nears):
             p = near_at(w.near, k)
-            if first_pass:
-                p.active = 0
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            sleep = a.asleep != 0 and b.asleep != 0
-            if is_left_out(a, b) and not (sleep and a.delta_v + b.delta_v > 0.0):
-                continue
-            if p.active != 0:  # it has given its bodies all that it can, besides what it passes on
+            if p.active != 0 and not first_pass:  # it has given its bodies all that it can, besides what it passes on
                 changed = (transmits(a, b) and bound_delta_v(a, b, 0.0, enough)) or changed
                 continue
-            if p.closed == 0 and (not first_pass or sleep or p.toi > until) and not may_close(w, p, now, until):
-                continue
-            p.active = 1
+            if p.active == 0:
+                asleep = a.asleep != 0 and b.asleep != 0
+                if is_left_out(a, b) and not (asleep and a.delta_v + b.delta_v > 0.0):
+                    continue
+                if p.closed == 0 and not may_close(w, p, now, until):
+                    continue
+                p.active = STRIKES
             fly(a, now)
             fly(b, now)
             sleeper = sleeper or a.asleep != 0 or b.asleep != 0
-            changed = bound_delta_v(a, b, impact_speed(w, p, a, b, length), enough) or changed
+            speed = impact_speed(w, p, a, b, length) if p.active == STRIKES else 0.0
+            changed = bound_delta_v(a, b, speed, enough) or changed
             join(w, p.body_a, p.body_b)
         first_pass = False
     return sleeper
@@ -178,26 +187,6 @@ def may_close(w, p, now, until):
         find_gap(w, p, now)
     closing = max(p.closing, 0.0) + DELTA_V_MARGIN * gained
     return not time_to_close(p.gap, closing, max(p.acceleration, 0.0)) > length
-
-
-def may_meet(w, time):
-    """Return whether within a time [s] from the step's start on impacts could close a pair that is open or not listed.
-
-    Open pairs that they could close are active already.
-    """
-    for k in range(w.nears):
-        p = near_at(w.near, k)
-        if p.active != 0 and p.closed == 0:
-            return True
-    for n in range(w.near_body_count):
-        if is_loose(body_at(w.bodies, whole_at(w.near_bodies, n)), time):
-            return True
-    for k in range(w.guard_count):
-        g = guard_at(w.guards, k)
-        gained = body_at(w.bodies, g.body_a).delta_v + body_at(w.bodies, g.body_b).delta_v
-        if gained > 0.0 and guards.path_bound(g, time) + time * DELTA_V_MARGIN * gained > g.limit:
-            return True
-    return False
 
 
 def is_loose(b, time):
@@ -239,6 +228,8 @@ def bound_delta_v(a, b, speed, enough):
     Returns whether a bound has clearly grown that was still below `enough` [m/s], with which a body reaches all that is
     near; without this limit the bounds of trees could grow for ever. speed: as for `gain_bounds`.
     """
+    if speed + a.delta_v + b.delta_v == 0.0:
+        return False
     for_a, for_b = gain_bounds(a, b, speed)
     more = (for_a > NOTABLE * a.delta_v and a.delta_v < enough) or (for_b > NOTABLE * b.delta_v and b.delta_v < enough)
     for one, value in ((a, for_a), (b, for_b)):

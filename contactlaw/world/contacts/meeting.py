@@ -4,7 +4,7 @@ from math import copysign, exp, sqrt
 
 from contactlaw.jit import jit_inline, jit_module
 from contactlaw.world.bodies.motion import max_inverse_inertia
-from contactlaw.world.data.access import contact_at, near_address, near_at, pair_at, shape_at
+from contactlaw.world.data.access import body_at, contact_at, near_address, near_at, pair_at, shape_at
 from contactlaw.world.data.call import ask_separation
 from contactlaw.world.data.kinds import BOX, DISC, EDGE, ELLIPSOID, PLANE, SEGMENT
 from contactlaw.world.data.materials import law_of
@@ -35,6 +35,13 @@ def place_along(c, sa, a):
         return 0.0
     u = geometry.half_axis(sa, a)
     return clip(dot(sub(load(c.arm_a), geometry.centre(sa, a)), u) / dot(u, u))
+
+
+def forget_place(w, p):
+    """Forget where both shapes of a pair were nearest last, but for where its contact is along a side."""
+    geometry.forget_place(p)
+    if p.slot >= 0:
+        p.place[2] = place_along(contact_at(w.contacts, p.slot), shape_at(w.shapes, p.a), body_at(w.bodies, p.body_a))
 
 
 def meet_sunk(c, sa, a, sb, b, found):

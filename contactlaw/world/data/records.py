@@ -25,6 +25,7 @@ MEASURED, BOUNDED = -3.0, -2.0  # values of `NEAR.checked` besides times: gap an
 TWIST_LATER, TWIST_NOW, TWIST_ALWAYS = range(3)
 EDITED, RESIZED, AGED, FRESH, PUT = 1, 2, 1, 2, 2  # values of `WORLD.edited`; of `WORLD.age`; of `BODY.placed`
 LATE, UNLISTED, CERTAIN, WIDE = 2, 3, 4, 2  # values of `WORLD.denied`; of `WORLD.brief`
+STRIKES = 2  # value of `NEAR.active`
 PAUSE_LIMIT = 8  # steps; a power of two
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; that of a parted contact is kept until the next step
 
@@ -46,6 +47,7 @@ BODY = record(
     still="i8",  # 1: nothing moves it within this step
     touched="i8", placed="i8",  # 1: its step ends as the world has it; the user has moved it (PUT: elsewhere at once)
     path="f8", next_path="f8",  # [m] that its surface has moved in a window's substeps, at most, and may in the next
+    way="f8",  # [m] that its surface may move in the step, see `listing.way_ahead`
     reach="f8",  # [m] from its centre of mass to the furthest centre, middle line or core of its shapes
     round=VECTOR,  # unit vector of an axis through that, along its own, about which its shapes are round; zero: none
     # its turn
@@ -115,7 +117,7 @@ PAIR = record(
 
 NEAR = record(
     # first what is read of each pair in each window, as most are far apart: it fits a line of the processor's cache
-    closed="i8", active="i8",  # 1: in contact; 1: taken into an island in this window
+    closed="i8", active="i8",  # 1: in contact; 1, STRIKES: taken into an island in this window
     body_a="i8", body_b="i8",
     toi="f8",  # time of impact, a lower bound [s]
     path_limit="f8",  # [m] sum of both bodies' `path` at which it can close, in a run of substeps

@@ -14,7 +14,7 @@ from contactlaw.world.contacts.substep import TOUCHING
 from contactlaw.world.data.access import body_at, contact_at, near_at, pair_at, row_at, shape_at, tree_at
 from contactlaw.world.data.kinds import CORNER, DISC, SEGMENT, SIDE
 from contactlaw.world.data.materials import law_of
-from contactlaw.world.data.records import NEVER
+from contactlaw.world.data.records import NEVER, STRIKES
 from contactlaw.world.data.vec import ZERO, axpy, cross, dot, load, norm, sub, to_body, to_world
 from contactlaw.world.near.time_of_impact import find_gap
 from contactlaw.world.shapes.core import CROWN
@@ -29,13 +29,12 @@ LEAST_TURN = 1e-5  # [rad] of a body in contact in a step, from which islands wi
 def is_persistent(w, bodies, pairs):
     """Return whether an island has closed contacts and nothing strikes in it within the step.
 
-    Numbers its unknowns, and sets `active` of bodies that closed contacts press on.
+    Numbers its unknowns.
     """
     unknowns = 0
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         b.unknown = -1
-        b.active = 0
         if b.tree != 0:
             if b.member == 0:
                 tree_at(b.tree, 0).unknown = unknowns
@@ -50,12 +49,13 @@ def is_persistent(w, bodies, pairs):
     closed, shortest = 0, NEVER
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
+        if p.active == STRIKES:
+            return False
         closed += p.closed
         if p.closed != 0 and unknowns > MANY:
             shortest = min(shortest, resting_duration(w, contact_at(w.contacts, p.slot)))
         for k in (p.body_a, p.body_b):
             b = body_at(w.bodies, k)
-            b.active = max(b.active, p.closed)
             if b.still != 0:
                 b.unknown = -1
     if unknowns > MANY and w.step < WORTH * shortest:
@@ -63,9 +63,6 @@ def is_persistent(w, bodies, pairs):
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         if (b.active != 0 or b.tree == 0) and turns_far(w, b):
-            return False
-    for i in range(pairs):
-        if strikes(w, near_at(w.near, whole_at(w.island_pairs, i))):
             return False
     return closed > 0
 

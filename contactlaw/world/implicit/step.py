@@ -30,6 +30,7 @@ from contactlaw.memory import copy_wholes, whole_at
 from contactlaw.world import window
 from contactlaw.world.bodies.motion import angular_momentum, settle, spin_rate, update_momentum
 from contactlaw.world.contacts.leapfrog import UNKNOWN
+from contactlaw.world.contacts.meeting import forget_place
 from contactlaw.world.contacts.substep import add_work, force_of
 from contactlaw.world.contacts.touch import end_contact
 from contactlaw.world.data.access import body_at, contact_at, near_at, row_at, tree_at
@@ -38,7 +39,7 @@ from contactlaw.world.data.quaternion import conjugate, load4, product, rotation
 from contactlaw.world.data.records import AGED, NEVER, PAUSE_LIMIT
 from contactlaw.world.data.saved import restore_body, restore_contact, save_body, save_contact, saved_body
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub
-from contactlaw.world.implicit import newton
+from contactlaw.world.implicit import candidates, newton
 from contactlaw.world.implicit.acceptance import ENERGY_GAIN, changes_regime, energy, is_persistent, motion_of
 from contactlaw.world.implicit.equations import equations_of, factorise, substitute
 from contactlaw.world.sleep import fall_asleep, wake
@@ -56,24 +57,27 @@ LEFT = 1e-3
 
 
 def take_implicit_steps(w):
-    """Take islands of persistent contacts through the step, each by one implicit step; return whether there are any."""
+    """Take islands of persistent contacts through the step, each by one implicit step.
+
+    Returns whether bodies have moved, or near pairs were listed anew: then times of impact must be predicted again.
+    """
+    lists, some = w.lists, False
     for _ in range(2):
-        while window.activate(w, 0.0, w.step) and wake(w, 0.0, True):
+        while candidates.activate(w) and wake(w, 0.0, True):
             pass
-        if w.age != AGED or not window.may_meet(w, w.step):
+        if w.age != AGED or not candidates.is_any_thrown(w):
             break
         window.list_anew(w, 1)
         window.predict_all(w, 0.0, w.step)
     window.list_islands(w)
-    some = False
     for k in range(w.islands):
         root = whole_at(w.roots, k)
         bodies = window.list_bodies(w, root)
         pairs = window.list_pairs(w, root)
         if is_due(w, bodies) and is_persistent(w, bodies, pairs) and take_step(w, bodies, pairs):
             fall_asleep(w, bodies, pairs)
-            some = True
-    return some
+            w.age, some = min(w.age, AGED), True
+    return some or w.lists != lists
 
 
 def is_due(w, bodies):
@@ -94,7 +98,7 @@ def take_step(w, bodies, pairs):
     stage = GAMMA * w.step if stages == 2 else w.step
     motion, stored, size, credit = energy(w, bodies, pairs)
     solved = solve_stages(w, bodies, pairs, stage, slides)
-    accepted = solved and not changes_regime(w, pairs)
+    accepted = solved and candidates.stayed_within(w, bodies) and not changes_regime(w, pairs)
     if accepted:
         now, stored_now, size, _ = energy(w, bodies, pairs)
         accepted = now + stored_now - motion - stored <= ENERGY_GAIN * size + credit
@@ -332,13 +336,16 @@ def add_impulses(w, pairs, time):
 
 def finish_contact(w, r, accepted):
     """Leave the contact of a row as it is at the end of an accepted step, or restore it; return its work [J]."""
+    p = near_at(w.near, r.near)
+    if not accepted:
+        if r.slot >= 0:
+            restore_contact(w, r.slot)
+        forget_place(w, p)
     if r.slot < 0:
         return 0.0
-    p, c = near_at(w.near, r.near), contact_at(w.contacts, r.slot)
+    c = contact_at(w.contacts, r.slot)
     t, before = c.touch, c.normal_work + c.friction_work
-    if not accepted:
-        restore_contact(w, r.slot)
-    else:
+    if accepted:
         n, e = load(c.normal), load(c.tangent)
         push = scale(1.0 / w.step, load(r.push))  # means: by forces at the end, a load that shifts would work too much
         pull = axpy(-1.0 / w.step, load(r.impulse), push)  # what pushed before the normal turned is not friction

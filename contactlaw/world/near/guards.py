@@ -28,6 +28,7 @@ EXCEEDED = -NEVER  # limit of a guard of which the listed parts no longer do
 ROUNDING = 1e-15  # of the trace of M0^T M
 PRISM_EXCESS = 0.003  # of a cylinder's radius; it is wider than the prism of `gjk.STAVE` by (1 - cos(pi/32))/2 = 0.0024
 SLACK = 0.2  # of a body's smallest radius: part of its margin, and of that of parts, that does not depend on speed
+KEPT = 0.05  # the same: what of SLACK is left for a step in which contacts move a body as no bound on its speed tells
 PARTS_STEPS = 4.0  # steps at the guard's present speed bound, for the margin up to which parts are listed
 LOOKS = 3  # evaluations of a bound on a mean speed to find until when two cores stay apart
 NEAREST = 1.0 / 16.0  # of the time left: times of impact that are nearer are found for each pair of parts
@@ -231,7 +232,7 @@ def any_guard_exceeded(w, until, least):
             update_guard(w, g, left)
             rest, way = g.limit - g.moved - g.lag, left * (g.speed if least == 0.0 else g.speed_now)
             widest = PARTS_STEPS * (SLACK * (a.size + b.size) + way) if g.unlisted == 0 and left == w.step else NEVER
-            if way > rest or widest < rest < NEVER:
+            if way + KEPT * (a.size + b.size) > rest or widest < rest < NEVER:
                 g.limit, out = EXCEEDED, True
     return out
 

@@ -17,7 +17,7 @@ from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at,
 from contactlaw.world.data.kinds import BOX, END, PARTS, PLANE, SEGMENT, TANGENT
 from contactlaw.world.data.records import CLOSED, FREE, NEVER, PARTED, WIDE
 from contactlaw.world.data.vec import ZERO, add, dot, load, norm, store, sub
-from contactlaw.world.near.guards import EXCEEDED, SLACK, has_shapes, separate, surface_speed
+from contactlaw.world.near.guards import EXCEEDED, KEPT, SLACK, has_shapes, separate, surface_speed
 from contactlaw.world.near.pairing import complete_near, list_by_parts, list_pair
 from contactlaw.world.shapes.geometry import bounding_radius, centre, meet
 
@@ -42,6 +42,11 @@ def is_part(s):
 def travelled(b):
     """Return how far [m] any point of a body's shapes may have moved since near pairs were listed."""
     return norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
+
+
+def way_ahead(b, left):
+    """Return how far [m] the surface of a body may move in a time [s], and some more that contacts may move it by."""
+    return KEPT * b.size + (0.0 if b.still != 0 else left * surface_speed(b, left))
 
 
 def may_leave_margin(b, left, gained=0.0):

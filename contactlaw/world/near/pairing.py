@@ -6,7 +6,7 @@ all parts of a shape lie behind its plane. So one product excludes most of the h
 
 from contactlaw.jit import jit_module
 from contactlaw.memory import whole_at
-from contactlaw.world.contacts.meeting import place_along
+from contactlaw.world.contacts.meeting import forget_place
 from contactlaw.world.data.access import body_at, contact_at, guard_at, link_at, near_at, pair_at, shape_at, tree_at
 from contactlaw.world.data.kinds import BOX, CORNER, EDGE, HEIGHT_FIELD, MEETS, PLANE, SEGMENT, SIDE, SPHERE, TANGENT
 from contactlaw.world.data.records import CLOSED, NEVER, WIDE
@@ -197,16 +197,15 @@ def complete_near(w, k):
     sb = shape_at(w.shapes, p.b)
     p.first, p.places = k - sb.place, geometry.places_of(shape_at(w.shapes, p.a), sb)
     p.slot, p.closed, p.active, p.initial_overlap, p.checked = -1, 0, 0, 0.0, -1.0
-    geometry.forget_place(p)
     p.toi, p.path_limit, p.gap, p.closing, p.acceleration, p.closing_bound = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     slot = slot_of(w, p.a, p.b)
     if slot >= 0 and contact_at(w.contacts, slot).pair == p.pair:
         c = contact_at(w.contacts, slot)
         p.slot, p.initial_overlap = slot, c.initial_overlap
-        p.place[2] = place_along(c, shape_at(w.shapes, p.a), body_at(w.bodies, p.body_a))
         p.listed_gap = NEVER if geometry.is_ignored(p) else p.listed_gap
         p.closed = 1 if c.phase == CLOSED else 0
         c.near = k
+    forget_place(w, p)
 
 
 jit_module(__name__)
