@@ -23,7 +23,7 @@ from contactlaw.pair import ContactWarning
 from contactlaw.world.data import demand
 from contactlaw.world.data.records import EDITED, RESIZED
 
-COMPILE_TIME = 50  # [s], with what both engines share
+COMPILE_TIME = 30  # [s], with what both engines share
 OLDEST, NEWEST = (3, 3, 6), (4, 99, 99)
 _POINTER_FIELDS = (
     "nstate", "nsensordata", "init", "destroy", "copy", "reset", "compute", "advance", "visualize",
