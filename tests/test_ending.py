@@ -97,12 +97,13 @@ def test_a_signal_ends_a_command_in_order(tmp_path: Path, name: str) -> None:
 def test_a_scene_that_is_told_to_end_does(tmp_path: Path) -> None:
     """While it moves, which compiled code does."""
     pytest.importorskip("typer")
-    process = started(tmp_path, "-m", "sims", "slope", "--engine", "none", "--seconds", "1e4", "--plot", "x.png")
+    pytest.importorskip("mujoco")
+    process = started(tmp_path, "-m", "sims", "slope", "--engine", "mujoco", "--seconds", "1e4", "--plot", "x.png")
     assert process.stderr is not None
     line = process.stderr.readline()
     while "contactlaw: compiling" in line or line == "\n" or line.endswith(" %\n"):
         line = process.stderr.readline()
-    assert line.startswith("slope in none with seconds = 10000: up to about ") and "Ctrl-C ends it" in line
+    assert line.startswith("slope in mujoco with seconds = 10000: up to about ") and "Ctrl-C ends it" in line
     process.terminate()
     began = time.perf_counter()
     _, said = process.communicate(timeout=60)
