@@ -9,6 +9,7 @@ from contactlaw.world.data.call import ask_separation
 from contactlaw.world.data.kinds import BOX, DISC, EDGE, ELLIPSOID, PLANE, SEGMENT
 from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.quaternion import rotate
+from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, store, sub
 from contactlaw.world.shapes import geometry
 from contactlaw.world.shapes.core import clip, set_back
@@ -65,7 +66,7 @@ def meet_sunk(c, sa, a, sb, b, found):
     if not found[0] > geometry.SUNK * least:
         return found
     held = rotate(load(b.twist), load(c.normal))
-    held, low, high, lowest = ask_separation(where, sa, a, sb, b, held)
+    held, low, high, lowest = ask_separation(where, sa, a, sb, b, held, NEVER)
     deeper = high - low + swept
     if deeper > max(c.touch.overlap + c.initial_overlap, most) + a.next_path + b.next_path:
         return found

@@ -36,10 +36,10 @@ ask_deepest: Any = caller(types.Tuple((VECTOR, NUMBER))(*TWO, VECTOR, types.uint
 ask_meet: Any = caller(types.Tuple((NUMBER, VECTOR, VECTOR, VECTOR))(*TWO, types.uint64))
 ask_nearest: Any = caller(
     types.Tuple((VECTOR, VECTOR, types.int64, VECTOR, types.UniTuple(VECTOR, 3)))(
-        *TWO, VECTOR, types.int64, types.UniTuple(VECTOR, 3)
+        *TWO, VECTOR, types.int64, types.UniTuple(VECTOR, 3), NUMBER
     )
 )
-ask_separation: Any = caller(types.Tuple((VECTOR, NUMBER, NUMBER, VECTOR))(*TWO, VECTOR))
+ask_separation: Any = caller(types.Tuple((VECTOR, NUMBER, NUMBER, VECTOR))(*TWO, VECTOR, NUMBER))
 ask_curve: Any = caller(types.Tuple((NUMBER, NUMBER, VECTOR))(*TWO, VECTOR, VECTOR))
 ask_predict: Any = caller(types.void(NEAR_TYPE, *TWO, VECTOR, VECTOR, NUMBER))
 call_roll: Any = caller(types.void(WORLD_TYPE, CONTACT_TYPE, PAIR))

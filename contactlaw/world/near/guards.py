@@ -119,15 +119,15 @@ def sweep_radius(s):
     return sqrt(3.0) * s.radius if s.kind == BOX else s.radius
 
 
-def separate(w, i, j, n):
+def separate(w, i, j, n, far=NEVER):
     """Return normal, low and high of `gjk.separate` for two whole shapes, a core and another, swept by their radii.
 
-    n: a normal to use, or zero to find the best one. The separation is low - high [m].
+    n: a normal to use, or zero to find one. The separation is low - high [m]; above `far` any one will do.
     """
     sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
     radius_a, radius_b = sweep_radius(sa), sweep_radius(sb) if sb.kind < PLANE else 0.0
-    a, b = body_at(w.bodies, sa.body), body_at(w.bodies, sb.body)
-    n, low, high, _ = ask_separation(sa.separation, sa, a, sb, b, n)
+    far, a, b = far + radius_a + radius_b, body_at(w.bodies, sa.body), body_at(w.bodies, sb.body)
+    n, low, high, _ = ask_separation(sa.separation, sa, a, sb, b, n, far)
     return n, low - radius_a, high + radius_b
 
 

@@ -55,7 +55,7 @@ def list_pair(w, i, j):
     if sa.kind >= BOX:
         if hinge_separates(w, i, j):  # costs less than to find where both are nearest
             return
-        n, low, high = separate(w, i, j, ZERO)
+        n, low, high = separate(w, i, j, ZERO, margin)
         k = -1 if low - high > margin else new_guard(w, i, j)
         if k >= 0:
             list_by_parts(w, k, n, low, high)

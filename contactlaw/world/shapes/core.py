@@ -9,6 +9,7 @@ from math import copysign, nan, sqrt
 from contactlaw.jit import jit_module
 from contactlaw.world.data.call import ask_nearest
 from contactlaw.world.data.kinds import BOX, EDGE, HULL
+from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, norm, scale, to_body
 
 ITERATIONS = 60  # of Newton's method, which ends on the right piece of the slope; guarded by bisection
@@ -71,7 +72,7 @@ def excess_at(m, offset, less, shapes, last):
     """
     sa, a, sb, b = shapes
     if sb.kind == HULL:
-        e, _, count, edge, vertices = ask_nearest(sb.nearest, sa, a, sb, b, offset, last[1], last[3])
+        e, _, count, edge, vertices = ask_nearest(sb.nearest, sa, a, sb, b, offset, last[1], last[3], NEVER)
         return e, count, edge, vertices
     x = add(m, offset)
     return excess_of(x, sb, less), 0, x, last[3]

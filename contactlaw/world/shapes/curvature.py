@@ -15,6 +15,7 @@ from contactlaw.jit import jit_module
 from contactlaw.world.data.access import body_at, shape_at
 from contactlaw.world.data.call import ask_curve, ask_nearest
 from contactlaw.world.data.kinds import BOX, CORNER, DISC, EDGE, ELLIPSOID, HULL, PLANE, SEGMENT, SIDE
+from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub, tangent, to_world
 from contactlaw.world.shapes.core import CROWN, NO_PLACES, clip, local
 from contactlaw.world.shapes.disc import line_of
@@ -154,7 +155,7 @@ def of_box(sa, a, sb, b, n, arm):
 def of_hull(sa, a, sb, b, n, arm):
     """`curvatures_of` a hull at a vertex, an edge or a face."""
     point = add(arm, sub(load(b.position), add(load(a.position), centre(sa, a))))
-    _, _, count, edge, _ = ask_nearest(sb.nearest, sa, a, sb, b, point, 0, NO_PLACES)
+    _, _, count, edge, _ = ask_nearest(sb.nearest, sa, a, sb, b, point, 0, NO_PLACES, NEVER)
     k = 1.0 / sb.radius if count < 3 else 0.0
     return (0.0, k, scale(1.0 / norm(edge), edge)) if count == 2 else (k, k, ZERO)
 

@@ -233,7 +233,7 @@ def meet(sa, a, sb, b, _last):
     return (around - gap, n, sub(arm, d), arm) if own else (around - gap, scale(-1.0, n), arm, add(arm, d))
 
 
-def separate(sa, a, sb, b, n):
+def separate(sa, a, sb, b, n, _):
     """`gjk.separate` of an ellipsoid and a core, with a known normal."""
     lowest = facing(sa, a, scale(-1.0, n))
     low = dot(n, add(sub(load(a.position), load(b.position)), lowest))

@@ -14,6 +14,7 @@ from contactlaw.jit import jit_module
 from contactlaw.memory import doubles_at
 from contactlaw.world.data.call import ask_deepest
 from contactlaw.world.data.kinds import BOX, CYLINDER, DISC, EDGE, HULL, PLANE, SEGMENT, SIDE
+from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body, to_world
 from contactlaw.world.shapes.core import NO_PLACES, clip, deepest_on_line
 from contactlaw.world.shapes.disc import dimensions
@@ -147,14 +148,15 @@ def nearest_side(points, new):
     return lacks, found
 
 
-def nearest(sa, a, sb, b, shift, count=0, on_b=NO_PLACES):
+def nearest(sa, a, sb, b, shift, count=0, on_b=NO_PLACES, far=NEVER):
     """Find the nearest points of two cores.
 
     A is a box or a hull, or else a point, its middle; shift: added to A [m]. count, on_b: number and vertices of the
-    nearest feature, found with A a point nearby; 0: not known. Returns the vector from the point on B to that on A,
-    zero if the cores overlap; the point on B from its body's centre of mass [m]; how many vertices span the nearest
-    feature, of B where A is a point; the direction of that feature's edge, if there are two; and the vertices on B,
-    along its body's axes.
+    nearest feature, found with A a point nearby; 0: not known. far: distance [m] from which on any points will do whose
+    difference shows that the cores are so far apart. Returns the vector from the point on B to that on A, zero if the
+    cores overlap; the point on B from its body's centre of mass [m]; how many vertices span the nearest feature, of B
+    where A is a point; the direction of that feature's edge, if there are two; and the vertices on B, along its body's
+    axes.
     """
     to_a, is_core = add(sub(load(a.position), load(b.position)), shift), sa.kind >= BOX
     above = to_body(b.axes, add(to_a, centre(sa, a)))  # all that follows is along B's axes
@@ -171,6 +173,8 @@ def nearest(sa, a, sb, b, shift, count=0, on_b=NO_PLACES):
         if is_core:
             above = to_body(b.axes, add(to_a, support(sa, a, to_world(b.axes, scale(-1.0, v)))))
         new = sub(above, to_b)
+        if dot(v, new) > far * norm(v):
+            break
         if (count > 0 and new == points[0]) or (count > 1 and new == points[1]) or (count > 2 and new == points[2]):
             break
         if count < 3:
@@ -224,19 +228,19 @@ def meet(sa, a, sb, b, last):
     return overlap, n, arm_a, arm_b
 
 
-def separate(sa, a, sb, b, n):
+def separate(sa, a, sb, b, n, far):
     """Find two parallel planes that separate a core A from a plane or a core B.
 
-    n: their normal from B to A, or zero if the best one is to be found. Returns the normal, zero if the cores overlap;
-    the least height of A along it and the greatest of B, without the radii that sweep them, from B's centre of mass
-    [m]; and A's lowest point from its own centre of mass.
+    n: their normal from B to A, or zero if it is to be found: the best one, or one by which they are further apart than
+    `far` [m]. Returns the normal, zero if the cores overlap; the least height of A along it and the greatest of B,
+    without the radii that sweep them, from B's centre of mass [m]; and A's lowest point from its own centre of mass.
     """
     if sb.kind >= PLANE:
         n = to_world(b.axes, load(sb.normal))
         high = dot(n, centre(sb, b))
     else:
         if dot(n, n) == 0.0:
-            v, _, _, _, _ = nearest(sa, a, sb, b, ZERO)
+            v, _, _, _, _ = nearest(sa, a, sb, b, ZERO, far=far)
             n = scale(1.0 / max(norm(v), 1e-300), v)
         high = dot(n, support(sb, b, n))
     lowest = support(sa, a, scale(-1.0, n))
