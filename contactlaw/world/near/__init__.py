@@ -10,6 +10,7 @@ scale        since              what has moved                          decides
 many steps   `listing`          each body, against its margin           which pairs are listed
 many steps   `guards`           A in the frame of B, which turns        which parts are listed, which gaps measured
 a step       `passing`          points of A, known at both ends         which trees the engine may move by itself
+a step       `implicit`         each body, at most (`BODY.way`)         what an implicit step looks at
 a flight     `time_of_impact`   A along the normal of its nearest gap   when a window may begin
 substeps     `island`           each body (`BODY.path`)                 which open pairs are measured
 
