@@ -43,6 +43,7 @@ from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit, jit_inline, jit_of_sums
 from contactlaw.laws import torsion
+from contactlaw.laws.creep import strained
 from contactlaw.laws.hertz import greatest_overlap
 from contactlaw.laws.record import LASTING, OPEN, PAIR_SIZE, SPRUNG, SPUN, law_at
 from contactlaw.laws.slip import carried, slipped_along_mean, span_of
@@ -377,6 +378,9 @@ def advance_spinning(c, memory, numbers, moved, turned, dt, roomy, dashpot):
     if t.state == SPUN:
         advance(t, c.torsion, carray(doubles_at(memory), (2, RINGS, SECTORS)), pair.g_t, moved)
     else:
+        strain = strained(c.torsion, t, pair.g_t, (moved[0], moved[1], turned[0]))
+        if c.torsion.rolled > 0.0:
+            moved, turned = strain, (strain[2], turned[1])
         left = torsion.advance(c.torsion, t, pair, law, own, moved, turned, dt)
     c.torsion.friction, (rate, inertia) = left, dashpot
     if inertia > 0.0:  # within the limit of the moment

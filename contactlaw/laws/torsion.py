@@ -56,6 +56,8 @@ TORSION = record(
     # radius that the rings span [m], 0: no spin since the touch; moment against the spin [N m]; friction left for it
     "span", "moment", "friction",
     twists=("f8", (RINGS,)),  # elastic angles of the rings [rad]
+    # way of the surfaces through the contact [m], of which its radius is kept; what was beyond, over the radius
+    passed=("f8", (2,)), rolled="f8",  # at the last update, see `creep`
     stored="f8", missed=VECTOR,  # of `sectors`: elastic energy [J]; force and moment of the parallel spring
 )  # fmt: skip
 """State of a contact under torsion."""

@@ -27,6 +27,7 @@ from contactlaw.world.contacts.force import (
     slide_to_slip,
     spin_mobility,
     torsion_time,
+    way_through,
 )
 from contactlaw.world.contacts.leapfrog import UNKNOWN, side_by_side
 from contactlaw.world.contacts.pace import closing_speed, longest_substep, substeps_per_impact
@@ -139,7 +140,7 @@ def begin_coasting(w, k, r, h, longest):
     r.spring, r.drag, r.friction = stuck_stiffness(t), 0.0, t.friction
     r.longest = min(turning_time(c, a, b) if is_quasi_static(c, 1.0) else longest, torsion_time(w, c) - 2.0 * h)
     r.furthest = longest_slide(t) ** 2
-    if has_dashpot(c):
+    if has_dashpot(w, c):
         r.drag = dashpot_of(t, r.spring, (count - 1.0) * h) / h
     begin_torsion(w, c, r, h)
     store(r.pull, (t.f, t.g, c.torsion.moment))
@@ -156,6 +157,7 @@ def begin_torsion(w, c, r, h):
     r.torsion, r.torsion_drag, r.torsion_limit = 0.0, 0.0, 0.0
     if c.torsion.span == 0.0:
         return
+    add_passed(c, r, -1.0)
     radius = sqrt(t.radius * t.overlap)
     r.torsion = torsion.stuck_stiffness(law_of(w, pair_at(w.pairs, c.pair)).g_t, radius)
     # what sliding leaves, if it slides that far: else, as friction falls, springs would be softer than the law
@@ -163,6 +165,13 @@ def begin_torsion(w, c, r, h):
     r.torsion_limit = torsion.FULL * radius * (c.torsion.friction if slides else t.mu)
     if r.drag != 0.0:
         r.torsion_drag = 2.0 * sqrt(r.torsion * (1.0 / spin_mobility(w, c, load(c.normal)))) / h
+
+
+def add_passed(c, r, sign):
+    """Add the way of the surfaces through a contact since their bodies' `pending_turn` was zero, times a sign."""
+    way = way_through(c, load(body_at(r.body_a, 0).pending_turn), load(body_at(r.body_b, 0).pending_turn))
+    for i in range(2):
+        c.torsion.passed[i] += sign * way[i]
 
 
 @jit_inline
@@ -260,6 +269,8 @@ def end_coasting(w, r, closing, later):
     c, a = contact_at(w.contacts, p.slot), body_at(r.body_a, 0)
     t, turn_a = c.touch, dot(load(a.pending_turn), n) - r.start_a
     c.coasted_from = r.first
+    if c.torsion.span > 0.0:
+        add_passed(c, r, 1.0)
     store(c.coasted, load(r.moved))
     turn_frame(c, n, turn_a - 0.5 * r.moved[2])
     t.overlap, t.closing, c.neighbours = r.overlap, closing, UNKNOWN

@@ -20,11 +20,13 @@ from contactlaw.world.data.vec import add, axpy, cross, dot, load, scale, sub
 
 PROBE = 1e-4  # displacement for the slopes of a law by finite differences, over the overlap
 DAMPING = 0.3  # damping ratio of the tangential dashpot, see `has_dashpot`
+BRAKING = 0.1  # share of a contact's creep by which dashpots may slow it, see `rolls_fast`
 PARALLEL = 1e-9  # sine of the angle between slip velocity and friction force up to which they count as parallel
 TORSION_EVERY = 8  # substeps between updates of torsion in crowds and trees
 # [rad] of a torsional oscillation for which its moment may be held: with a critical dashpot this is stable to 0.8, and
 # with nine contacts around a ball to 0.3
 TORSION_PHASE = 0.3
+TORSION_WAY = 0.3  # contact radii by which a contact may roll meanwhile: its creep is then right to 0.3
 FULL = 1.0 - 1e-3  # share of mu P from which a friction force counts as the limit
 ROUNDING = 1e-12  # twist about the normal that counts as zero, over the rotations of both bodies
 
@@ -46,15 +48,17 @@ def advance_contact(w, c, slot, moved, slide, dt, motion):
     spun = (angle != 0.0 or c.pending_twist != 0.0 or c.torsion.span > 0.0) and t.mu > 0.0
     if spun:
         c.pending_twist += angle
+        for i in range(2):
+            c.torsion.passed[i] += c.passed[i]
         later = w.twists == TWIST_LATER and t.state != OPEN and t.state != SPUN and c.coasted_from == 0.0
         # nor does a twist wait by which the contact slips: friction, which that lowers, would act in full meanwhile
-        later = later and not twist_slips(t, c.pending_twist)
+        later = later and not twist_slips(t, c.pending_twist) and not rolls_far(c)
         if later and TORSION_EVERY * dt < torsion_time(w, c):
             c.twist_overlap = c.twist_overlap if c.twist_overlap > 0.0 else t.before
             spun = False
     own, numbers = w.memory + 8 * w.memory_size * slot, w.numbers + 8 * pair_at(w.pairs, c.pair).numbers
     pressed = press(t, law, dt, motion)
-    damped = has_dashpot(c)
+    damped = has_dashpot(w, c)
     if spun and ready(w, SPIN):
         inertia = 1.0 / spin_mobility(w, c, load(c.normal)) if damped else 0.0
         turned = c.pending_twist, c.twist_overlap if c.twist_overlap > 0.0 else t.before
@@ -68,12 +72,32 @@ def advance_contact(w, c, slot, moved, slide, dt, motion):
 
 
 @jit_inline
-def has_dashpot(c):
+def has_dashpot(w, c):
     """Return whether dashpots act along and about all axes: in quasi-static persistent contacts with a normal one.
 
-    Without them a contact that sticks, or a body that has stopped rolling, would swing for ever.
+    Without them a contact that sticks, or a body that has stopped rolling, would swing for ever. What rolls fast has
+    losses of its own, see `laws.creep`, beside which they would brake it.
     """
-    return c.touch.course == LASTING and c.touch.zeta > 0.0 and is_quasi_static(c, 1.0)
+    return c.touch.course == LASTING and c.touch.zeta > 0.0 and is_quasi_static(c, 1.0) and not rolls_fast(w, c)
+
+
+@jit_inline
+def rolls_fast(w, c):
+    """Return whether tangential dashpots would resist the creep of a contact by more than BRAKING of what that does."""
+    if c.torsion.span == 0.0 and c.moved[2] == 0.0:
+        return False
+    t, a, b = c.touch, body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
+    u, v = way_through(c, load(a.spin), load(b.spin))
+    most, time = BRAKING * BRAKING * t.radius * t.overlap, 4.0 * DAMPING * DAMPING * t.tangential_mass
+    return (u * u + v * v) * time > most * stuck_stiffness(t)
+
+
+@jit_inline
+def way_through(c, turn_a, turn_b):
+    """Return by how much [m] the surfaces pass through a contact along both tangents, as its bodies turn by vectors."""
+    n, e = load(c.normal), load(c.tangent)
+    turned = scale(c.touch.radius, sub(turn_a, turn_b))
+    return -dot(turned, cross(n, e)), dot(turned, e)
 
 
 @jit_inline
@@ -90,6 +114,13 @@ def twist_of(c, a, b):
 def spin_mobility(w, c, n):
     """Return the angular acceleration of A over B about an axis n by a moment of 1 N m [1/(kg m^2)]."""
     return dot(n, add(spin_change(body_at(w.bodies, c.body_a), n), spin_change(body_at(w.bodies, c.body_b), n)))
+
+
+@jit_inline
+def rolls_far(c):
+    """Return whether a contact rolls further than it may while its torsional moment is held."""
+    u, v, most = c.passed[0], c.passed[1], TORSION_WAY / TORSION_EVERY
+    return u * u + v * v > most * most * c.touch.radius * c.touch.overlap
 
 
 @jit_inline
@@ -257,7 +288,7 @@ def advance_rolling(w, c, rate):
 
 def rolling_dashpot(w, c, resistance):
     """Return the dashpot [N s/m] beside the spring of rolling resistance, critical as that of torsion; zero: none."""
-    if not has_dashpot(c):
+    if not has_dashpot(w, c):
         return 0.0
     f = scale(c.radii[1], cross(load(c.normal), load(c.axis)))
     return 2.0 * sqrt(rolling.stiffness(c.touch, resistance) * (1.0 / spin_mobility(w, c, f)))

@@ -81,6 +81,8 @@ def measure(w, c, a, b):
         update_ellipse(w, c, a, b)
         rolled, axis = sub(load(a.twist), load(b.twist)), load(c.axis)
         c.rolled[0], c.rolled[1] = dot(rolled, axis), dot(rolled, cross(n, axis))
+    if c.torsion.span > 0.0 or c.moved[2] != 0.0:
+        c.passed[0], c.passed[1] = force.way_through(c, load(a.twist), load(b.twist))
     t.before = t.overlap
     t.overlap = overlap - c.initial_overlap
 

@@ -157,7 +157,7 @@ def end_contact(q, c):
     c.phase = PARTED
     store(c.force, (0.0, 0.0, 0.0))
     c.touch.state, c.touch.force, c.touch.f, c.touch.g = OPEN, 0.0, 0.0, 0.0
-    c.torsion.moment = 0.0
+    c.torsion.moment, c.torsion.rolled, c.torsion.passed[0], c.torsion.passed[1] = 0.0, 0.0, 0.0, 0.0
     c.bend[0], c.bend[1], c.bending[0], c.bending[1] = 0.0, 0.0, 0.0, 0.0
     if c.initial_overlap > 0.0:
         c.touch.overlap = 0.0

@@ -175,10 +175,12 @@ def changes_regime(w, pairs):
                 return True
             far = force.slide_to_slip(now, now.mu)  # by spin: no force, slips by any motion
             reverses = now.f * r.slide[0] + now.g * r.slide[1] < 0.0 or start.f * now.f + start.g * now.g < 0.0
-            sticks = force.slips_fully(start) and (reverses or not force.slips_fully(now))
+            # what spin leaves hardly any friction creeps as it rolls, whichever way that is
+            rolls = c.torsion.rolled > 0.0 and start.friction < 0.5 * now.mu
+            sticks = force.slips_fully(start) and ((reverses and not rolls) or not force.slips_fully(now))
             if sticks and c.moved[0] ** 2 + c.moved[1] ** 2 > far * far:
                 return True
-            if c.torsion.moment * r.slide[2] < 0.0 and force.twist_slips(now, c.moved[2]):
+            if c.torsion.moment * r.slide[2] < 0.0 and c.torsion.rolled == 0.0 and force.twist_slips(now, c.moved[2]):
                 return True
     return False
 
