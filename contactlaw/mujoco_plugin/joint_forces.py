@@ -60,8 +60,8 @@ def read_limits(head, j, t):
         displace(t, moved)
         copy(vector(t.start, t.q_size), q)
     for i in range(d.ne, d.ne + d.nf + d.nl):
-        read_constraint(head, j, t, i, False)
-        if add_limit(t, 0, n, doubles_at(d.efc_pos)[i] - doubles_at(d.efc_margin)[i]):
+        span = read_constraint(head, j, t, i, False)
+        if add_limit(t, span, doubles_at(d.efc_pos)[i] - doubles_at(d.efc_margin)[i]):
             limit, reference = limit_at(t.limits, t.limited - 1), floats(d.efc_KBIP, 4 * i, 3)
             slopes = slopes_ahead(doubles_at(d.efc_D)[i], reference[1], reference[0] * reference[2], ahead)
             limit.mass, limit.resistance, limit.stiffness = slopes
@@ -79,16 +79,12 @@ def read_limits(head, j, t):
     foresee_limits(head, j, t)
 
 
-def add_limit(t, first, end, gap):
+def add_limit(t, span, gap):
     """Add a limit that does not push, along entries of x; return whether it is one.
 
-    gap: where the engine is. t.room: displacements by which its places lie ahead.
+    span: its first entry and that after the last. gap: where the engine is. t.room: by how far its places lie ahead.
     """
-    x, row, moved = vector(t.x, t.v_size), row_of(t, t.rows, t.limited), vector(t.room, t.v_size)
-    while end > first and x[first] == 0.0:
-        first += 1
-    while end > first and x[end - 1] == 0.0:
-        end -= 1
+    x, row, moved, (first, end) = vector(t.x, t.v_size), row_of(t, t.rows, t.limited), vector(t.room, t.v_size), span
     if end == first or t.limited == 2 * t.v_size + SPARE_LIMITS:
         return False
     for k in range(first, end):
@@ -102,10 +98,7 @@ def add_limit(t, first, end, gap):
 
 
 def foresee_limits(head, j, t):
-    """Add the nearer limits of joints and tendons where the engine has found none, as they may be reached in the step.
-
-    Where a ball joint is at rest, it has no direction of its limit yet.
-    """
+    """Add the nearer limits of joints and tendons where the engine has found none: they may be reached in the step."""
     m, d, state, x = model_at(head.model, 0), data_at(head.data, 0), last_state(head), vector(t.x, t.v_size)
     if m.opt.disableflags & layout.NO_LIMIT != 0:
         return
@@ -117,16 +110,17 @@ def foresee_limits(head, j, t):
             at, low, high = doubles_at(state)[q], ends[0], ends[1]
             if entry(m.jnt_type, one) == BALL:
                 turn = rotation_vector(load4(floats(state, q, 4)))
-                at, low, high, end = norm(turn), -inf, max(low, high), k + 3
+                at, low, high = norm(turn), -inf, max(low, high)
+                end = k + 3 if at > 0.0 else k  # at rest it has no direction of its limit yet
                 store(x[k:], scale(1.0 / max(at, layout.MINVAL), turn))
             addresses = m.jnt_margin, m.jnt_solref, m.jnt_solimp
             foresee(head, t, (k, end), (at - low, high - at), addresses, one, doubles_at(m.dof_invweight0)[v])
     for one in range(m.ntendon):
         if is_set(m.tendon_limited, one):
-            read_tendon(head, j, t, one, False)
+            span = read_tendon(head, j, t, one, False)
             at, ends = doubles_at(d.ten_length)[one], floats(m.tendon_range, 2 * one, 2)
             addresses, weights = (m.tendon_margin, m.tendon_solref_lim, m.tendon_solimp_lim), m.tendon_invweight0
-            foresee(head, t, (0, t.v_size), (at - ends[0], ends[1] - at), addresses, one, doubles_at(weights)[one])
+            foresee(head, t, span, (at - ends[0], ends[1] - at), addresses, one, doubles_at(weights)[one])
 
 
 def foresee(head, t, span, gaps, addresses, one, inverse_mass):
@@ -139,7 +133,7 @@ def foresee(head, t, span, gaps, addresses, one, inverse_mass):
     for k in range(span[0], span[1] if gaps[1] <= gaps[0] else span[0]):
         x[k] = -x[k]
     gap -= doubles_at(addresses[0])[one]
-    if gap < 0.0 or not add_limit(t, span[0], span[1], gap):
+    if gap < 0.0 or not add_limit(t, span, gap):
         return
     first, second = doubles_at(addresses[1])[layout.REF * one], doubles_at(addresses[1])[layout.REF * one + 1]
     impedance = doubles_at(addresses[2])[layout.IMP * one + 1]
@@ -288,13 +282,17 @@ def read_arms(head, j, t, s):
 
 
 def read_tendon_row(head, j, t, tendon, factored):
-    """Write the Jacobian of a tendon into x, see `read_row`."""
+    """Write the Jacobian of a tendon into x, and return its span, see `read_row`."""
     m, d = model_at(head.model, 0), data_at(head.data, 0)
     first, count = entry(m.ten_J_rowadr, tendon), entry(m.ten_J_rownnz, tendon)
-    read_row(head, j, t, floats(d.ten_J, first, count), entries(m.ten_J_colind, first), factored)
+    return read_row(head, j, t, floats(d.ten_J, first, count), entries(m.ten_J_colind, first), factored)
 
 
-read_tendon = jit(read_tendon_row if layout.TENDON_ROWS else lambda head, j, t, tendon, factored: clear(vector(t.x, 1)))
+read_tendon = jit(
+    read_tendon_row
+    if layout.TENDON_ROWS
+    else lambda head, j, t, _, factored: read_row(head, j, t, floats(t.x, 0, 0), types.uintp(0), factored)
+)
 
 
 def kept_pulls(head):
@@ -341,7 +339,6 @@ def follow_pulls(head, t, change):
     solve(t, change)
     for k in range(t.v_size):
         v[k] += head.lag * change[k]
-        t.followed = 1 if change[k] != 0.0 else t.followed
 
 
 def read_equalities(head, j, t):
@@ -363,38 +360,39 @@ def read_equalities(head, j, t):
 
 
 def read_constraint(head, j, t, i, factored):
-    """Write row i of the engine's constraints into x, see `read_row`."""
+    """Write row i of the engine's constraints into x, and return its span, see `read_row`."""
     d, kind = data_at(head.data, 0), model_at(head.model, 0).opt.jacobian
     sparse = kind == layout.SPARSE or (kind == layout.AUTO and head.nv >= layout.SPARSE_FROM)
     first = entry(d.efc_J_rowadr, i) if sparse else i * head.nv
     values = floats(d.efc_J, first, entry(d.efc_J_rownnz, i) if sparse else head.nv)
-    read_row(head, j, t, values, entries(d.efc_J_colind, first) if sparse else types.uintp(0), factored)
+    return read_row(head, j, t, values, entries(d.efc_J_colind, first) if sparse else types.uintp(0), factored)
 
 
 def read_row(head, j, t, values, columns, factored):
-    """Write a row of a Jacobian of the engine into x; zero if it is not of this tree.
+    """Write a row of a Jacobian of the engine into x; zero if it is not of this tree. Return its span, see `add_limit`.
 
     columns: address of the numbers of the velocities that its values belong to; 0: they are all. factored: zero also if
     it is not in one row of the tree's factor.
     """
     x = vector(t.x, t.v_size)
     clear(x)
-    last, left = -1, 0
+    first, end, left = t.v_size, 0, 0
     for i in range(values.size):
         column = entry(columns, i) if columns != types.uintp(0) else i
         if values[i] != 0.0:
             if whole_at(head.places, head.nv + column) != j.tree:
                 clear(x)
-                return
+                return 0, 0
             k = whole_at(head.places, column)
             x[k] = values[i]
-            last, left = max(last, k), left + 1
-    k = last if factored else -1
+            first, end, left = min(first, k), max(end, k + 1), left + 1
+    k = end - 1 if factored else -1
     while k >= 0:
         left -= 1 if x[k] != 0.0 else 0
         k = axis_at(t.axes, k).parent
     if factored and left != 0:
         clear(x)
+    return min(first, end), end
 
 
 jit_module(__name__)

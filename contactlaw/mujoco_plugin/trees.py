@@ -240,12 +240,14 @@ def read_tree(head, j, t):
             spread_velocity(t)
             call_on_tree(t.accelerate, t)
     joint_forces.read_limits(head, j, t)
-    a = accelerations(head, j, t, velocities, head.step_size) if leads or follows else vector(t.a, n)
+    change, a = joint_forces.change_of_pulls(head, j, t) if tendons else vector(t.room, n), vector(t.a, n)
+    for i in range(n if follows else 0):
+        t.followed = 1 if change[i] != 0.0 else t.followed
+    if leads or t.followed != 0:
+        a = accelerations(head, j, t, velocities, head.step_size)
     gather(head, velocities, j.v, v)
-    if tendons:
-        change = joint_forces.change_of_pulls(head, j, t)
-        if follows:
-            joint_forces.follow_pulls(head, t, change)
+    if t.followed != 0:
+        joint_forces.follow_pulls(head, t, change)
     for i in range(n if leads else 0):
         v[i] += head.lag * a[i]  # the velocities at the time of the coordinates
     leave_placed(t)

@@ -236,7 +236,7 @@ def add_stiffness(w, r, stage):
             by_v = square * (k[5] * ju[i] + k[6] * jv[i])
             eq.right[i] += (by_n * over - by_u * du - by_v * dv) / stage
             for begin, stop in (of_a, of_b):
-                for j in entries(begin, stop):
+                for j in entries(begin, stop if by_n != 0.0 or by_u != 0.0 or by_v != 0.0 else begin):
                     h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j]
     if k[7] != 0.0:
         add_moment_stiffness(w, a, b, n, scale(square * k[7], n))
@@ -281,7 +281,7 @@ def add_moment_stiffness(w, a, b, axis, moment):
     for start, end in (of_a, of_b):
         for i in entries(start, end):
             for begin, stop in (of_a, of_b):
-                for j in entries(begin, stop):
+                for j in entries(begin, stop if column[i] != 0.0 else begin):
                     eq.h[i, j] += column[i] * row[j]
 
 
