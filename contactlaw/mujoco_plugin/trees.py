@@ -221,22 +221,22 @@ def read_tree(head, j, t):
     clear(v)
     joint_forces.read_equalities(head, j, t)
     joint_forces.read_springs(head, j, t)
-    t.stale, t.span, rows = 1, head.step_size, d.nf + d.nl
+    t.stale, t.span, stops = 1, head.step_size, d.nl > 0  # dry friction keeps the engine's force, whatever a is
     asleep = body_at(t.bodies, 0).asleep != 0
     pressed, lags, tendons = is_pressed(t), head.lag > 0.0 and not asleep, m.ntendon != 0
     leads, follows = lags and not pressed, lags and pressed and tendons and body_at(t.bodies, 0).placed == 0
-    if (rows > 0 or leads or follows) and not asleep:
+    if (stops or leads or follows) and not asleep:
         clear(vector(t.x, n))
         call_on_tree(t.move, t)
         t.stale = PLACED
-    if rows > 0:
-        if asleep:  # contacts balance all other forces
-            gather(head, head.given, j.v, vector(t.a, n))
-            solve(t, vector(t.a, n))
-            for i in range(n):
-                vector(t.a, n)[i] *= -1.0
-        else:
-            gather(head, velocities, j.v, v)
+    if stops and asleep:  # contacts balance all other forces
+        gather(head, head.given, j.v, vector(t.a, n))
+        solve(t, vector(t.a, n))
+        for i in range(n):
+            vector(t.a, n)[i] *= -1.0
+    elif not asleep:
+        gather(head, velocities, j.v, v)
+        if stops:
             spread_velocity(t)
             call_on_tree(t.accelerate, t)
     joint_forces.read_limits(head, j, t)
