@@ -116,7 +116,9 @@ def finish(w):
         if now == 0.0 and w.together == 1 and take_implicit_steps(w):
             first, pairs = window.predict_all(w, now, dt)
         shortest, length, watched = window.plan_window(w)
-        if w.age == AGED and min(first, shortest) < NEVER:
+        if now == 0.0 and min(first, shortest) == NEVER:  # implicit steps alone: the next list may last
+            w.age = min(w.age, AGED)
+        elif w.age == AGED and min(first, shortest) < NEVER:
             window.list_anew(w, 1)
             first, pairs = window.predict_all(w, now, dt)
         if shortest == NEVER:
@@ -252,7 +254,7 @@ def check_margins(w, left):
     """
     for n in range(w.near_body_count):
         b = body_at(w.bodies, whole_at(w.near_bodies, n))
-        if b.changed != 0 and may_leave_margin(b, left):
+        if b.changed > b.done and may_leave_margin(b, left):
             w.stale = 1
     if any_guard_exceeded(w, w.step, 0.0):
         if left > 0.0 and w.stale == 0:

@@ -76,7 +76,7 @@ def take_implicit_steps(w):
         pairs = window.list_pairs(w, root)
         if is_due(w, bodies) and is_persistent(w, bodies, pairs) and take_step(w, bodies, pairs):
             fall_asleep(w, bodies, pairs)
-            w.age, some = min(w.age, AGED), True
+            some = True
     return some or w.lists != lists
 
 
