@@ -284,17 +284,23 @@ def test_an_ellipsoid_that_turns_onto_its_long_side_gains_nothing(timestep: floa
     assert world.energy.total == pytest.approx(energy, rel=1e-6)
 
 
+def rocking(timestep: float, tilt: tuple[float, float]) -> tuple[World, float]:
+    """A flat ellipsoid of steel, tilted about both axes of its floor [rad], and its least potential energy."""
+    world, half = World(timestep=timestep), np.array([0.06, 0.03, 0.012])
+    angle, mass = np.hypot(*tilt), 0.7
+    inertia = mass / 5.0 * (half @ half - half * half)
+    turned = np.cos(0.5 * angle), *(np.sin(0.5 * angle) / angle * np.array(tilt)), 0.0
+    place = (0.0, 0.0, np.linalg.norm(half * matrix_of(np.array(turned))[2]))
+    body = world.add_body(mass, inertia, place, quaternion=turned)
+    world.add_contact(world.add_ellipsoid(body, half), world.add_plane(None, *FLOOR), steel_pair(0.5, 0.5))
+    return world, mass * 9.81 * half[2]
+
+
 @pytest.mark.parametrize(("timestep", "share"), [(2e-3, 2e-3), (5e-3, 1e-2)])
 def test_an_ellipsoid_that_rocks_rocks_on(timestep: float, share: float) -> None:
     """In two seconds, 36 swings, without slip: 2.6 % of its energy was lost at 2 ms, 12 % at 5 ms, as steps that gain
     what others had lost were not taken."""
-    world, half, tilt = World(timestep=timestep), np.array([0.06, 0.03, 0.012]), 0.1
-    height, mass = np.hypot(half[0] * np.sin(tilt), half[2] * np.cos(tilt)), 0.7
-    inertia = mass / 5.0 * (half @ half - half * half)
-    turned = (np.cos(0.5 * tilt), 0.0, np.sin(0.5 * tilt), 0.0)
-    body = world.add_body(mass, inertia, (0.0, 0.0, height), quaternion=turned)
-    world.add_contact(world.add_ellipsoid(body, half), world.add_plane(None, *FLOOR), steel_pair(0.5, 0.5))
-    lowest = mass * 9.81 * half[2]
+    world, lowest = rocking(timestep, (0.0, 0.1))
     world.step(round(0.02 / timestep))
     energies = [world.energy.total - lowest]
     for _ in range(round(2.0 / timestep)):
@@ -302,3 +308,21 @@ def test_an_ellipsoid_that_rocks_rocks_on(timestep: float, share: float) -> None
         energies.append(world.energy.total - lowest)
     assert max(energies[-round(0.11 / timestep) :]) > (1.0 - share) * energies[0]
     assert max(energies) < (1.0 + 1e-4) * energies[0]
+
+
+@pytest.mark.parametrize("timestep", [2e-3, 5e-3])
+def test_an_ellipsoid_that_rocks_about_both_axes_loses_by_creep_alone(timestep: float) -> None:
+    """As it turns about the normal, too; Newton's method did not know how its moments and forces depend on each other.
+
+    In every second step of 5 ms it failed, and 4 % more of the energy were lost than in short steps.
+    """
+    left = []
+    for length in (timestep, 1e-4):
+        world, lowest = rocking(length, (0.1, 0.07))
+        world.step(round(0.1 / length))
+        before = world.energy.total - lowest
+        world.step(round(2.0 / length))
+        left.append((world.energy.total - lowest) / before)
+        taken = int(world.arrays.world["implicit"][0])
+        assert taken > 0.8 * 2.0 / length or length < timestep
+    assert left[0] == pytest.approx(left[1], abs=4e-3)

@@ -28,7 +28,9 @@ def slopes_both_ways(world, moved, stage, out):
     t.before, t.closing = t.overlap, 0.0
     advance_from_saved(w, c, 0, (u, v, 0.0), (u / stage, v / stage, 0.0))
     force, f, g, overlap, way = t.force, t.f, t.g, t.overlap, 1e-4 * t.overlap
-    out[0, :7] = slopes(w, c, 0, (u, v, 0.0), (u / stage, v / stage, 0.0), stage)[:7]
+    normal, by_overlap, by_u, by_v, _ = slopes(w, c, 0, (u, v, 0.0), (u / stage, v / stage, 0.0), stage)
+    out[0, 0], out[0, 1], out[0, 2] = normal, by_overlap[0], by_overlap[1]
+    out[0, 3], out[0, 4], out[0, 5], out[0, 6] = by_u[0], by_u[1], by_v[0], by_v[1]
     t.overlap, t.closing = overlap + way, way / stage
     advance_from_saved(w, c, 0, (u, v, 0.0), (u / stage, v / stage, 0.0))
     out[1, :3] = (t.force - force) / way, (t.f - f) / way, (t.g - g) / way
@@ -58,7 +60,7 @@ def slope_back(world, stage, out):
     t, back = c.touch, -1e-7 * c.touch.overlap
     t.before, t.closing = t.overlap, 0.0
     advance_from_saved(w, c, 0, (0.0, back, 0.0), (0.0, back / stage, 0.0))
-    out[0] = slopes(w, c, 0, (0.0, back, 0.0), (0.0, back / stage, 0.0), stage)[6]
+    out[0] = slopes(w, c, 0, (0.0, back, 0.0), (0.0, back / stage, 0.0), stage)[3][1]
     out[1] = stuck_stiffness(t) + (dashpot_of(t, stuck_stiffness(t), 0.0) / stage if has_dashpot(w, c) else 0.0)
 
 

@@ -16,7 +16,7 @@ from contactlaw.world.data.demand import SPIN
 from contactlaw.world.data.materials import law_numbers, law_of, memory_of, speed_numbers
 from contactlaw.world.data.records import NEVER, TWIST_ALWAYS, TWIST_LATER
 from contactlaw.world.data.saved import KNOWN_NUMBERS, restore_contact
-from contactlaw.world.data.vec import add, axpy, cross, dot, load, scale, sub
+from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, scale, sub
 
 PROBE = 1e-4  # displacement for the slopes of a law by finite differences, over the overlap
 DAMPING = 0.3  # damping ratio of the tangential dashpot, see `has_dashpot`
@@ -149,17 +149,16 @@ def advance_from_saved(w, c, slot, moved, slide):
 def slopes(w, c, slot, moved, slide, stage):
     """Return the slopes of the forces of a contact just advanced; the caller must then advance it anew.
 
-    These are dP, dF and dG by the overlap, dF and dG by the first displacement, by the second [N/m], and that of the
-    moment by the angle [N m]. Rates change with displacements: by 1/stage [1/s] of theirs. moved, slide: as for
-    `advance_from_saved`.
+    These are dP by the overlap, and those of F, G [N] and M [N m] by the overlap, by both displacements [m] and by the
+    angle [rad]. Rates change with displacements: by 1/stage [1/s] of theirs. moved, slide: as for `advance_from_saved`.
 
     A contact that has slid further than its springs yield has the friction force mu P along its displacement: its
     slopes follow without the law. Otherwise they are finite differences away from the start of the step, where a law
     bends: a contact that has turned back from its limit by less than the difference would seem to slip.
     """
     t = c.touch
-    f, g, m, overlap, closing, force = t.f, t.g, c.torsion.moment, t.overlap, t.closing, t.force
-    (du, dv, angle), (u, v, spin) = moved, slide
+    known, overlap, closing, force = (t.f, t.g, c.torsion.moment), t.overlap, t.closing, t.force
+    (du, dv, angle), (u, v, spin), (f, g, _) = moved, slide, known
     way = copysign(PROBE * overlap, overlap - t.before)
     t.overlap, t.closing = overlap + way, closing + way / stage
     yielding, slid = slide_to_slip(t, t.friction), sqrt(du * du + dv * dv)
@@ -168,22 +167,23 @@ def slopes(w, c, slot, moved, slide, stage):
         t.overlap, t.closing = overlap, closing
         normal, size = (t.force - force) / way, 1.0 / sqrt(f * f + g * g + 1e-300)
         x, y, across = size * f, size * g, t.friction * force / (slid + yielding)
-        limit = t.friction * normal
-        return normal, limit * x, limit * y, across * y * y, -across * x * y, -across * x * y, across * x * x, 0.0
-    fp, gp, _ = advance_from_saved(w, c, slot, moved, slide)
-    normal, by_overlap = (t.force - force) / way, ((fp - f) / way, (gp - g) / way)
+        limit, mixed = t.friction * normal, -across * x * y
+        return normal, (limit * x, limit * y, 0.0), (across * y * y, mixed, 0.0), (mixed, across * x * x, 0.0), ZERO
+    more = advance_from_saved(w, c, slot, moved, slide)
+    normal, by_overlap = (t.force - force) / way, scale(1.0 / way, sub(more, known))
     t.overlap, t.closing = overlap, closing
-    fu, gu, fv, gv, turn = f, g, f, g, 0.0
-    along = f * du + g * dv
+    along, by_u, by_v, by_angle = f * du + g * dv, ZERO, ZERO, ZERO
     to_u, to_v = copysign(way, f * along), copysign(way, g * along)
     if t.friction > 0.0:
-        fu, gu, _ = advance_from_saved(w, c, slot, (du + to_u, dv, angle), (u + to_u / stage, v, spin))
-        fv, gv, _ = advance_from_saved(w, c, slot, (du, dv + to_v, angle), (u, v + to_v / stage, spin))
+        more = advance_from_saved(w, c, slot, (du + to_u, dv, angle), (u + to_u / stage, v, spin))
+        by_u = scale(1.0 / to_u, sub(more, known))
+        more = advance_from_saved(w, c, slot, (du, dv + to_v, angle), (u, v + to_v / stage, spin))
+        by_v = scale(1.0 / to_v, sub(more, known))
         if c.torsion.span > 0.0:
-            more = copysign(way, angle) / sqrt(t.radius * overlap)
-            _, _, turned = advance_from_saved(w, c, slot, (du, dv, angle + more), (u, v, spin + more / stage))
-            turn = max((turned - m) / more, 0.0)
-    return (normal, *by_overlap, (fu - f) / to_u, (gu - g) / to_u, (fv - f) / to_v, (gv - g) / to_v, turn)
+            turn = copysign(way, angle) / sqrt(t.radius * overlap)
+            more = advance_from_saved(w, c, slot, (du, dv, angle + turn), (u, v, spin + turn / stage))
+            by_angle = scale(1.0 / turn, sub(more, known))
+    return normal, by_overlap, by_u, by_v, by_angle
 
 
 def slide_to_slip(t, friction):

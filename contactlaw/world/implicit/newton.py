@@ -216,30 +216,32 @@ def add_stiffness(w, r, stage):
         return
     c = contact_at(w.contacts, r.slot)
     a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
-    k = force.slopes(w, c, r.slot, load(c.moved), load(r.slide), stage)
+    normal, by_overlap, along_u, along_v, about = force.slopes(w, c, r.slot, load(c.moved), load(r.slide), stage)
     n, e = load(c.normal), load(c.tangent)
     eq, (over, du, dv) = equations_of(w), load(r.beyond)
-    h, first, jn, ju, jv = eq.h, eq.first, eq.along_n, eq.along_u, eq.along_v
+    h, first, jn, ju, jv, jw = eq.h, eq.first, eq.along_n, eq.along_u, eq.along_v, eq.about
     of_a, of_b = unknowns_of_both(a, b)
     for row, direction in ((jn, n), (ju, e), (jv, cross(n, e))):
         for start, end in (of_a, of_b):
             clear(row[start:end])
         about_a, about_b = cross(load(c.arm_a), direction), cross(direction, load(c.arm_b))
         add_opposite_forces(a, b, direction, about_a, about_b, row)
+    for start, end in (of_a, of_b):
+        clear(jw[start:end])
+    if about != ZERO:
+        add_opposite_forces(a, b, ZERO, n, scale(-1.0, n), jw)
     square = stage * stage
     least, most = min(a.unknown, b.unknown), max(a.unknown, b.unknown)
     for start, end in (of_a, of_b):
         for i in entries(start, end):
             first[i] = min(first[i], least if least >= 0 else most)
-            by_n = square * (k[0] * jn[i] - k[1] * ju[i] - k[2] * jv[i])
-            by_u = square * (k[3] * ju[i] + k[4] * jv[i])
-            by_v = square * (k[5] * ju[i] + k[6] * jv[i])
+            row = ju[i], jv[i], jw[i]
+            by_n = square * (normal * jn[i] - dot(by_overlap, row))
+            by_u, by_v, by_w = square * dot(along_u, row), square * dot(along_v, row), square * dot(about, row)
             eq.right[i] += (by_n * over - by_u * du - by_v * dv) / stage
             for begin, stop in (of_a, of_b):
-                for j in entries(begin, stop if by_n != 0.0 or by_u != 0.0 or by_v != 0.0 else begin):
-                    h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j]
-    if k[7] != 0.0:
-        add_moment_stiffness(w, a, b, n, scale(square * k[7], n))
+                for j in entries(begin, stop if by_n != 0.0 or by_u != 0.0 or by_v != 0.0 or by_w != 0.0 else begin):
+                    h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j] + by_w * jw[j]
     add_moments(w, c, a, b, stage)
 
 
