@@ -111,10 +111,11 @@ def advance(contact, state, memory, modulus, moved):
     slips = let_slip(memory, before, limit, soft, TOLERANCE * way)
     held = energy_of(state.missed, hold)
     energy = 2.0 * contact.g_star / span * state.stored - held
-    start = resultant(before)
-    gain = energy + work(start, resultant(memory), moves) - stored(memory, soft)
+    elastic = stored(memory, soft)
+    gain = energy + work(resultant(before), resultant(memory), moves) - elastic
     if gain < 0.0:
         gain = pull_back(memory, before, limit, soft, (gain, energy, moves))
+        elastic = stored(memory, soft)
     f, g, m = resultant(memory)
     slips = slips and way > 0.0 and 2.0 * radius > span
     if slips:
@@ -145,10 +146,10 @@ def advance(contact, state, memory, modulus, moved):
             state.missed[k] = share * state.missed[k] - was[k]
         memory *= share
         memory -= before
-        f, g, m = resultant(memory)
+        elastic, (f, g, m) = stored(memory, soft), resultant(memory)
     contact.f, contact.g = carried(contact, span * (f + state.missed[0]), span * (g + state.missed[1]))
     state.moment = span * span * (m + state.missed[2]) * contact.ratio
-    state.stored = 0.5 * span / contact.g_star * (stored(memory, soft) + energy_of(state.missed, hold))
+    state.stored = 0.5 * span / contact.g_star * (elastic + energy_of(state.missed, hold))
 
 
 @jit_inline
