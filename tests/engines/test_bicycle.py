@@ -35,9 +35,10 @@ BICYCLE = f"""<mujoco><option timestep="{{timestep}}"/><worldbody><geom name="fl
   </body></body></worldbody></mujoco>"""
 
 
+@pytest.mark.parametrize("friction", [0.1, 1.0])
 @pytest.mark.parametrize("timestep", [1e-3, 2e-3])
-def test_a_bicycle_leans_and_steers_as_its_linear_equations_say(timestep):
-    pair = ContactPair("steel", "steel", friction=1.0, restitution=0.3)
+def test_a_bicycle_leans_and_steers_as_its_linear_equations_say(timestep, friction):
+    pair = ContactPair("steel", "steel", friction=friction, restitution=0.3)
     model = load_model(BICYCLE.format(timestep=timestep), [("wheel*", "floor", pair)])
     data = mujoco.MjData(model)
     data.qvel[0], data.qvel[3] = SPEED, 0.01  # set out, and pushed to the side
@@ -55,4 +56,4 @@ def test_a_bicycle_leans_and_steers_as_its_linear_equations_say(timestep):
     time = timestep * np.arange(len(angles) - begin)[:, None]
     expected = (np.linalg.solve(modes, [*angles[begin], *rates]) * np.exp(values * time)) @ modes[:2].T
     error = np.abs(angles[begin:] - expected.real).max(0) / np.abs(expected).max(0)
-    assert error.max() < 0.015  # 8.7 with the torsion of wheels that stand
+    assert error.max() < 0.025  # 8.7 with the torsion of wheels that stand, at a friction of 1

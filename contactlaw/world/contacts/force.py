@@ -95,9 +95,10 @@ def rolls_fast(w, c):
 @jit_inline
 def way_through(c, turn_a, turn_b):
     """Return by how much [m] the surfaces pass through a contact along both tangents, as its bodies turn by vectors."""
-    n, e = load(c.normal), load(c.tangent)
-    turned = scale(c.touch.radius, sub(turn_a, turn_b))
-    return -dot(turned, cross(n, e)), dot(turned, e)
+    n, e, p, turned = load(c.normal), load(c.tangent), load(c.axis), sub(turn_a, turn_b)
+    q = cross(n, p)
+    way = axpy(c.radii[0] * dot(turned, p), q, scale(-c.radii[1] * dot(turned, q), p))
+    return dot(way, e), dot(way, cross(n, e))
 
 
 @jit_inline

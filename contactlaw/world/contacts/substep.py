@@ -76,13 +76,13 @@ def measure(w, c, a, b):
     if jump > 0.0 and not is_placed(w, a, b):
         c.initial_overlap, c.appeared = c.initial_overlap + jump, 1
     near_at(w.near, c.near).initial_overlap = c.initial_overlap
-    law = law_of(w, pair_at(w.pairs, c.pair))
-    if law.rolling != 0.0:
+    resists, spins = law_of(w, pair_at(w.pairs, c.pair)).rolling != 0.0, c.torsion.span > 0.0 or c.moved[2] != 0.0
+    if resists or spins:
         update_ellipse(w, c, a, b)
+    if resists:
         rolled, axis = sub(load(a.twist), load(b.twist)), load(c.axis)
         c.rolled[0], c.rolled[1] = dot(rolled, axis), dot(rolled, cross(n, axis))
-    if c.torsion.span > 0.0 or c.moved[2] != 0.0:
-        c.passed[0], c.passed[1] = force.way_through(c, load(a.twist), load(b.twist))
+    c.passed[0], c.passed[1] = force.way_through(c, load(a.twist), load(b.twist)) if spins else (0.0, 0.0)
     t.before = t.overlap
     t.overlap = overlap - c.initial_overlap
 

@@ -160,7 +160,7 @@ CONTACT = record(
     shape_a="i8", shape_b="i8", body_a="i8", body_b="i8", pair="i8",
     moved=VECTOR,  # displacement of A over B along both tangents [m], and rotation about the normal [rad], last substep
     rolled=VECTOR,  # rotation of A over B about `axis` and across [rad], last substep; share of its moment kept
-    passed=("f8", (2,)),  # way of the surfaces through it along both tangents [m], last substep; of one that has spun
+    passed=("f8", (2,)),  # way of the surfaces through it along both tangents [m], last substep; if it spins
     spring="f8",  # force [N] of its spring where its bodies are
     later="f8",  # [s] of its last kick that work at the speed since then, see `substep.kick_pair`
     # rotation about the normal [rad] not yet given to the torsion; overlap [m] when it began, zero: none is pending
@@ -174,7 +174,7 @@ CONTACT = record(
     closing_acceleration="f8",  # mean closing acceleration over it [m/s^2]
     end_weight="f8",  # additional weight of the force at the ends of an impact, in substeps, see `contacts.leapfrog`
     normal=VECTOR, tangent=VECTOR, arm_a=VECTOR, arm_b=VECTOR,
-    axis=VECTOR, radii=("f8", (2,)),  # for rolling resistance, see `meeting.update_ellipse`
+    axis=VECTOR, radii=("f8", (2,)),  # for rolling resistance and creep, see `meeting.update_ellipse`
     force=VECTOR,  # force on A [N]
     credit="f8",  # [J] its share of what implicit steps of its island have lost by their error, see `implicit.step`
     # ledger, since the touch
