@@ -193,9 +193,8 @@ def test_a_ball_that_rolls_and_pivots_slows_as_it_creeps_in_any_step(timestep: f
         assert world.energy.total < before + 1e-9 * world.energy.kinetic
         before = world.energy.total
     width = sqrt(RADIUS * static_overlap(pair, 0.08 * MASS, RADIUS))
-    moment = (
-        (1.19 + 1.47**2 / 3.67) * soft.shear_modulus * width**4 / 0.07
-    )  # over the spin: Kalker's of a contact without a force
+    # over the spin: Kalker's of a contact without a force
+    moment = (1.19 + 1.47**2 / 3.67) * soft.shear_modulus * width**4 / 0.07
     assert world.spin[0, 2] == pytest.approx(0.8 * exp(-20.0 * moment / INERTIA), rel=error)
     assert world.spin[0, 1] == pytest.approx(0.07 / RADIUS, rel=1e-3)
 
@@ -260,7 +259,6 @@ def outward(load: float, radius: float, spin: float, force: float, speed: float,
     That of Kalker's linear theory, F/(G a^2) = (3.67 v - 1.47 a spin)/speed for nu = 1/4.
     """
     square = radius * static_overlap(ContactPair(material, material, friction=1.0), load, radius)
-
     stiff = 7.0 / 4.0 / (2.0 - material.poissons_ratio)  # over that of nu = 1/4
     return (force * speed / (stiff * material.shear_modulus * square) + 1.47 * sqrt(square) * spin) / 3.67
 
