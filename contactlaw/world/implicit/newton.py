@@ -219,30 +219,50 @@ def add_stiffness(w, r, stage):
     normal, by_overlap, along_u, along_v, about = force.slopes(w, c, r.slot, load(c.moved), load(r.slide), stage)
     n, e = load(c.normal), load(c.tangent)
     eq, (over, du, dv) = equations_of(w), load(r.beyond)
-    h, first, jn, ju, jv, jw = eq.h, eq.first, eq.along_n, eq.along_u, eq.along_v, eq.about
+    h, first, jn, ju, jv = eq.h, eq.first, eq.along_n, eq.along_u, eq.along_v
     of_a, of_b = unknowns_of_both(a, b)
     for row, direction in ((jn, n), (ju, e), (jv, cross(n, e))):
         for start, end in (of_a, of_b):
             clear(row[start:end])
         about_a, about_b = cross(load(c.arm_a), direction), cross(direction, load(c.arm_b))
         add_opposite_forces(a, b, direction, about_a, about_b, row)
-    for start, end in (of_a, of_b):
-        clear(jw[start:end])
-    if about != ZERO:
-        add_opposite_forces(a, b, ZERO, n, scale(-1.0, n), jw)
     square = stage * stage
     least, most = min(a.unknown, b.unknown), max(a.unknown, b.unknown)
     for start, end in (of_a, of_b):
         for i in entries(start, end):
             first[i] = min(first[i], least if least >= 0 else most)
-            row = ju[i], jv[i], jw[i]
-            by_n = square * (normal * jn[i] - dot(by_overlap, row))
-            by_u, by_v, by_w = square * dot(along_u, row), square * dot(along_v, row), square * dot(about, row)
+            by_n = square * (normal * jn[i] - by_overlap[0] * ju[i] - by_overlap[1] * jv[i])
+            by_u = square * (along_u[0] * ju[i] + along_u[1] * jv[i])
+            by_v = square * (along_v[0] * ju[i] + along_v[1] * jv[i])
             eq.right[i] += (by_n * over - by_u * du - by_v * dv) / stage
             for begin, stop in (of_a, of_b):
-                for j in entries(begin, stop if by_n != 0.0 or by_u != 0.0 or by_v != 0.0 or by_w != 0.0 else begin):
-                    h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j] + by_w * jw[j]
+                for j in entries(begin, stop if by_n != 0.0 or by_u != 0.0 or by_v != 0.0 else begin):
+                    h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j]
+    if about != ZERO:
+        moments = -by_overlap[2], along_u[2], along_v[2], about[2]
+        add_spin(w, a, b, n, scale(square, about), moments, square)
     add_moments(w, c, a, b, stage)
+
+
+def add_spin(w, a, b, n, forces, moments, square):
+    """Add to H the slopes of a contact that spins: of forces by the angle, and of the moment by all that moves.
+
+    The rows of its Jacobian are in place. forces: by the angle, times the square of the stage; moments: along n, u, v
+    and by the angle.
+    """
+    eq = equations_of(w)
+    jn, ju, jv, jw = eq.along_n, eq.along_u, eq.along_v, eq.about
+    of_a, of_b = unknowns_of_both(a, b)
+    for start, end in (of_a, of_b):
+        clear(jw[start:end])
+    add_opposite_forces(a, b, ZERO, n, scale(-1.0, n), jw)
+    for start, end in (of_a, of_b):
+        for i in entries(start, end):
+            by_w, own = forces[0] * ju[i] + forces[1] * jv[i], square * jw[i]
+            for begin, stop in (of_a, of_b):
+                for j in entries(begin, stop):
+                    moved = moments[0] * jn[j] + moments[1] * ju[j] + moments[2] * jv[j] + moments[3] * jw[j]
+                    eq.h[i, j] += by_w * jw[j] + own * moved
 
 
 def add_moments(w, c, a, b, stage):
