@@ -254,7 +254,7 @@ def check_margins(w, left):
     """
     for n in range(w.near_body_count):
         b = body_at(w.bodies, whole_at(w.near_bodies, n))
-        if b.changed > b.done and may_leave_margin(b, left):
+        if b.changed != 0 and b.done == 0 and may_leave_margin(b, left):
             w.stale = 1
     if any_guard_exceeded(w, w.step, 0.0):
         if left > 0.0 and w.stale == 0:

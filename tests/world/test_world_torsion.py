@@ -270,7 +270,8 @@ def outward(load: float, radius: float, spin: float, force: float, speed: float,
 def test_balls_of_a_thrust_bearing_creep_outwards_as_they_roll(timestep: float, material: Material) -> None:
     """Three balls run round between a floor and a disc that turns; in long steps one by one, in substeps.
 
-    A ball spins over both, against each other, by half the disc's rate; both carry half of its centripetal force.
+    A ball moves outwards by the mean of its creep over both. Over both it spins, the mean by half the disc's rate, and
+    both together carry its centripetal force: half of it each, as creep is linear in force and spin.
     """
     rate, ring, load, pair = 20.0, 0.05, 10.0, ContactPair(material, material, friction=1.5, restitution=0.5)
     world = World(timestep=timestep)
