@@ -379,7 +379,7 @@ def advance_spinning(c, memory, numbers, moved, turned, dt, roomy, dashpot):
     if t.state == SPUN:
         advance(t, c.torsion, carray(doubles_at(memory), (2, RINGS, SECTORS)), pair.g_t, moved)
     else:
-        strain = strained(c.torsion, t, pair.g_t, (moved[0], moved[1], turned[0]))
+        strain = strained(c.torsion, t, pair.g_t, (moved[0], moved[1], turned[0]), c.passed[2], True)
         if c.torsion.rolled > 0.0:
             moved, turned = strain, (strain[2], turned[1])
         left = torsion.advance(c.torsion, t, pair, law, own, moved, turned, dt)

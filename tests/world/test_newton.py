@@ -14,6 +14,7 @@ from contactlaw.world import World
 from contactlaw.world.contacts.force import advance_from_saved, dashpot_of, has_dashpot, slopes
 from contactlaw.world.data.access import contact_at
 from contactlaw.world.data.saved import save_contact
+from contactlaw.world.data.vec import ZERO, store
 from contactlaw.world.implicit.acceptance import motion_of
 from tests.world.lasting_scenes import FRICTION, MASS, ball, pair, sweeping_arm
 
@@ -58,6 +59,7 @@ def slope_back(world, stage, out):
     save_contact(w, 0)
     c = contact_at(w.contacts, 0)
     t, back = c.touch, -1e-7 * c.touch.overlap
+    store(c.passed, ZERO)  # what rolls meanwhile loses some of it
     t.before, t.closing = t.overlap, 0.0
     advance_from_saved(w, c, 0, (0.0, back, 0.0), (0.0, back / stage, 0.0))
     out[0] = slopes(w, c, 0, (0.0, back, 0.0), (0.0, back / stage, 0.0), stage)[3][1]
@@ -157,7 +159,7 @@ def fallen_stick(mu: float, time: float, lean: float, half: float, radius: float
 def test_what_begins_to_slip_slips_as_fast_as_it_should(mu: float, timestep: float) -> None:
     """Newton's method ended too early, with slopes of sticking: the foot of the stick stayed behind by 0.04 to 0.09 mm.
 
-    What is left is the yielding of the contact.
+    What is left is the yielding and the creep of the contact.
     """
     half, radius, lean, time = 0.5, 0.01, 0.1, 0.7
     world = World(timestep=timestep)
@@ -169,5 +171,5 @@ def test_what_begins_to_slip_slips_as_fast_as_it_should(mu: float, timestep: flo
     world.step(round(time / timestep))
     angle = 2.0 * np.arctan2(world.quaternion[body, 2], world.quaternion[body, 0])
     due, way = fallen_stick(mu, time, lean, half, radius)
-    assert angle == pytest.approx(due, abs=1e-5)
-    assert world.position[body, 0] - half * sin(angle) == pytest.approx(way, abs=3e-6)
+    assert angle == pytest.approx(due, abs=2e-5)
+    assert world.position[body, 0] - half * sin(angle) == pytest.approx(way, abs=6e-6)

@@ -193,8 +193,8 @@ def test_a_ball_that_rolls_and_pivots_slows_as_it_creeps_in_any_step(timestep: f
         assert world.energy.total < before + 1e-9 * world.energy.kinetic
         before = world.energy.total
     width = sqrt(RADIUS * static_overlap(pair, 0.08 * MASS, RADIUS))
-    # over the spin: Kalker's of a contact without a force
-    moment = (1.19 + 1.47**2 / 3.67) * soft.shear_modulus * width**4 / 0.07
+    # over the spin: Kalker's of a contact without a force, at this Poisson's ratio
+    moment = (1.204 + 1.378**2 / 3.49) * soft.shear_modulus * width**4 / 0.07
     assert world.spin[0, 2] == pytest.approx(0.8 * exp(-20.0 * moment / INERTIA), rel=error)
     assert world.spin[0, 1] == pytest.approx(0.07 / RADIUS, rel=1e-3)
 

@@ -143,6 +143,7 @@ def begin_coasting(w, k, r, h, longest):
     if has_dashpot(w, c):
         r.drag = dashpot_of(t, r.spring, (count - 1.0) * h) / h
     begin_torsion(w, c, r, h)
+    add_passed(c, r, -1.0)
     store(r.pull, (t.f, t.g, c.torsion.moment))
     slid = scale(-h / c.interval, load(c.moved))
     store(r.held, springs_of(r, load(r.pull), (0.0, 0.0, c.pending_twist), slid))
@@ -157,7 +158,6 @@ def begin_torsion(w, c, r, h):
     r.torsion, r.torsion_drag, r.torsion_limit = 0.0, 0.0, 0.0
     if c.torsion.span == 0.0:
         return
-    add_passed(c, r, -1.0)
     radius = sqrt(t.radius * t.overlap)
     r.torsion = torsion.stuck_stiffness(law_of(w, pair_at(w.pairs, c.pair)).g_t, radius)
     # what sliding leaves, if it slides that far: else, as friction falls, springs would be softer than the law
@@ -169,7 +169,8 @@ def begin_torsion(w, c, r, h):
 
 def add_passed(c, r, sign):
     """Add the way of the surfaces through a contact since their bodies' `pending_turn` was zero, times a sign."""
-    way = way_through(c, load(body_at(r.body_a, 0).pending_turn), load(body_at(r.body_b, 0).pending_turn))
+    turned = sub(load(body_at(r.body_a, 0).pending_turn), load(body_at(r.body_b, 0).pending_turn))
+    way = way_through(c, turned)
     for i in range(2):
         c.torsion.passed[i] += sign * way[i]
 
@@ -269,8 +270,7 @@ def end_coasting(w, r, closing, later):
     c, a = contact_at(w.contacts, p.slot), body_at(r.body_a, 0)
     t, turn_a = c.touch, dot(load(a.pending_turn), n) - r.start_a
     c.coasted_from = r.first
-    if c.torsion.span > 0.0:
-        add_passed(c, r, 1.0)
+    add_passed(c, r, 1.0)
     store(c.coasted, load(r.moved))
     turn_frame(c, n, turn_a - 0.5 * r.moved[2])
     t.overlap, t.closing, c.neighbours = r.overlap, closing, UNKNOWN

@@ -5,6 +5,8 @@ from math import copysign, sqrt
 from contactlaw import losses
 from contactlaw.jit import jit_inline, jit_module
 from contactlaw.laws import rolling, torsion
+from contactlaw.laws.creep import strained
+from contactlaw.laws.ellipse import elongation
 from contactlaw.laws.hertz import BY_ITSELF, elastic_force
 from contactlaw.laws.record import LASTING, OPEN, SPUN, ask_energy, ask_stiffness
 from contactlaw.laws.slip import AT_LIMIT, stuck_stiffness
@@ -45,26 +47,29 @@ def advance_contact(w, c, slot, moved, slide, dt, motion):
     if t.state != OPEN and law.speeds != 0.0 and (dt == 0.0 or t.course == LASTING or is_quasi_static(c, 1.0)):
         losses.read_friction(t, speed_numbers(w, pair_at(w.pairs, c.pair)), sqrt(slide[0] ** 2 + slide[1] ** 2))
     du, dv, angle = moved
-    spun = (angle != 0.0 or c.pending_twist != 0.0 or c.torsion.span > 0.0) and t.mu > 0.0
-    if spun:
+    c.torsion.passed[0] += c.passed[0]
+    c.torsion.passed[1] += c.passed[1]
+    spins = (angle != 0.0 or c.pending_twist != 0.0 or c.torsion.span > 0.0) and t.mu > 0.0
+    waits = False  # of its twist
+    if spins:
         c.pending_twist += angle
-        for i in range(2):
-            c.torsion.passed[i] += c.passed[i]
-        later = w.twists == TWIST_LATER and t.state != OPEN and t.state != SPUN and c.coasted_from == 0.0
+        waits = w.twists == TWIST_LATER and t.state != OPEN and t.state != SPUN and c.coasted_from == 0.0
         # nor does a twist wait by which the contact slips: friction, which that lowers, would act in full meanwhile
-        later = later and not twist_slips(t, c.pending_twist) and not rolls_far(c)
-        if later and TORSION_EVERY * dt < torsion_time(w, c):
-            c.twist_overlap = c.twist_overlap if c.twist_overlap > 0.0 else t.before
-            spun = False
+        waits = waits and not twist_slips(t, c.pending_twist) and not rolls_far(c)
+        waits = waits and TORSION_EVERY * dt < torsion_time(w, c)
+        if waits and c.twist_overlap == 0.0:
+            c.twist_overlap = t.before
     own, numbers = w.memory + 8 * w.memory_size * slot, w.numbers + 8 * pair_at(w.pairs, c.pair).numbers
     pressed = press(t, law, dt, motion)
     damped = has_dashpot(w, c)
-    if spun and ready(w, SPIN):
+    if spins and not waits and ready(w, SPIN):
         inertia = 1.0 / spin_mobility(w, c, load(c.normal)) if damped else 0.0
         turned = c.pending_twist, c.twist_overlap if c.twist_overlap > 0.0 else t.before
         call_spin(address(w, SPIN), c, own, numbers, moved, turned, dt, w.twists == TWIST_ALWAYS, (slide[2], inertia))
         c.pending_twist, c.twist_overlap = 0.0, 0.0
     else:
+        if not spins and (c.passed[0] != 0.0 or c.passed[1] != 0.0):
+            du, dv, _ = strained(c.torsion, t, law.g_t, moved, c.passed[2], False)
         ask(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, du, dv, dt)
     if damped:
         add_dashpot(w, c, slide[0], slide[1], min(motion[3], 1.0), (motion[1] - 1.0) * dt)
@@ -84,21 +89,33 @@ def has_dashpot(w, c):
 @jit_inline
 def rolls_fast(w, c):
     """Return whether tangential dashpots would resist the creep of a contact by more than BRAKING of what that does."""
-    if c.torsion.span == 0.0 and c.moved[2] == 0.0:
+    if c.passed[0] == 0.0 and c.passed[1] == 0.0:
         return False
     t, a, b = c.touch, body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
-    u, v = way_through(c, load(a.spin), load(b.spin))
+    u, v = way_through(c, sub(load(a.spin), load(b.spin)))
     most, time = BRAKING * BRAKING * t.radius * t.overlap, 4.0 * DAMPING * DAMPING * t.tangential_mass
     return (u * u + v * v) * time > most * stuck_stiffness(t)
 
 
 @jit_inline
-def way_through(c, turn_a, turn_b):
-    """Return by how much [m] the surfaces pass through a contact along both tangents, as its bodies turn by vectors."""
-    n, e, p, turned = load(c.normal), load(c.tangent), load(c.axis), sub(turn_a, turn_b)
+def way_through(c, turned):
+    """Return by how much [m] the surfaces pass through a contact along both tangents, as A turns over B by a vector."""
+    n, e, p = load(c.normal), load(c.tangent), load(c.axis)
     q = cross(n, p)
     way = axpy(c.radii[0] * dot(turned, p), q, scale(-c.radii[1] * dot(turned, q), p))
     return dot(way, e), dot(way, cross(n, e))
+
+
+@jit_inline
+def passed_by(c, oblong, turned):
+    """Return `CONTACT.passed` as A turns over B by a vector; oblong: ln(q/p) of the contact, see `curvature`."""
+    u, v = way_through(c, turned)
+    square = u * u + v * v
+    if oblong == 0.0 or square == 0.0:
+        return u, v, 0.0
+    e, p = load(c.tangent), load(c.axis)
+    along = u * dot(e, p) + v * dot(cross(load(c.normal), e), p)
+    return u, v, elongation(oblong) * (2.0 * along * along / square - 1.0)
 
 
 @jit_inline

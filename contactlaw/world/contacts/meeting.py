@@ -118,6 +118,8 @@ def longer_axis(c, way):
 def update_ellipse(w, c, a, b):
     """Set the longer axis of a contact where its bodies are, and the radii of rolling across and along the ellipse.
 
+    Returns ln(q/p), see `curvature`.
+
     It turns with the places that touch: a coin may wobble round its rim that hardly spins. The radii R [m] are at most
     such that mu_r R <= sqrt(I/m), I: least moment of inertia. The spring k_r then oscillates at most 1.5 times as fast
     as the normal one, which substeps resolve. Where flat sides touch, R may be metres, far more than the bodies' size.
@@ -132,6 +134,7 @@ def update_ellipse(w, c, a, b):
         root = exp(0.5 * oblong)
         radius /= equivalent_radius(1.0 / root, root)
     c.radii[0], c.radii[1] = min(radius / root, most), min(radius * root, most)
+    return oblong
 
 
 def share_of(t, sa, sb):

@@ -1,6 +1,7 @@
 """A closed contact through a substep: its overlap, frame, force and work, and the impulses on its bodies."""
 
 from contactlaw.jit import jit_inline, jit_module
+from contactlaw.laws.record import LASTING
 from contactlaw.world.bodies.motion import kick, moved_at
 from contactlaw.world.contacts import force, leapfrog
 from contactlaw.world.contacts.meeting import meet_closed, update_ellipse
@@ -10,7 +11,7 @@ from contactlaw.world.data.call import address, call_roll, ready
 from contactlaw.world.data.demand import ROLL
 from contactlaw.world.data.materials import law_of
 from contactlaw.world.data.quaternion import rotate
-from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, store, sub
+from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub
 
 # [rad] up to which the tangent turns by the first term of the series x, and is normalised by that of a root: its square
 # is then 1 - 3/4 x^4
@@ -76,13 +77,13 @@ def measure(w, c, a, b):
     if jump > 0.0 and not is_placed(w, a, b):
         c.initial_overlap, c.appeared = c.initial_overlap + jump, 1
     near_at(w.near, c.near).initial_overlap = c.initial_overlap
-    resists, spins = law_of(w, pair_at(w.pairs, c.pair)).rolling != 0.0, c.torsion.span > 0.0 or c.moved[2] != 0.0
-    if resists or spins:
-        update_ellipse(w, c, a, b)
+    resists, rolled = law_of(w, pair_at(w.pairs, c.pair)).rolling != 0.0, sub(load(a.twist), load(b.twist))
+    creeps = c.torsion.span > 0.0 or c.moved[2] != 0.0 or (t.course == LASTING and rolled != ZERO)
+    oblong = update_ellipse(w, c, a, b) if resists or creeps else 0.0
     if resists:
-        rolled, axis = sub(load(a.twist), load(b.twist)), load(c.axis)
+        axis = load(c.axis)
         c.rolled[0], c.rolled[1] = dot(rolled, axis), dot(rolled, cross(n, axis))
-    c.passed[0], c.passed[1] = force.way_through(c, load(a.twist), load(b.twist)) if spins else (0.0, 0.0)
+    store(c.passed, force.passed_by(c, oblong, rolled) if creeps and t.mu > 0.0 else ZERO)
     t.before = t.overlap
     t.overlap = overlap - c.initial_overlap
 

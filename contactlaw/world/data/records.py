@@ -160,7 +160,9 @@ CONTACT = record(
     shape_a="i8", shape_b="i8", body_a="i8", body_b="i8", pair="i8",
     moved=VECTOR,  # displacement of A over B along both tangents [m], and rotation about the normal [rad], last substep
     rolled=VECTOR,  # rotation of A over B about `axis` and across [rad], last substep; share of its moment kept
-    passed=("f8", (2,)),  # way of the surfaces through it along both tangents [m], last substep; if it spins
+    # way of the surfaces through it along both tangents [m], last substep, and ln(a/b) of its half axes along and
+    # across that; zero unless it may creep
+    passed=VECTOR,
     spring="f8",  # force [N] of its spring where its bodies are
     later="f8",  # [s] of its last kick that work at the speed since then, see `substep.kick_pair`
     # rotation about the normal [rad] not yet given to the torsion; overlap [m] when it began, zero: none is pending
