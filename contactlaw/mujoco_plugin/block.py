@@ -76,9 +76,7 @@ FREE = record(
     q="i8", v="i8",  # where its coordinates and velocities begin
     offset=VECTOR, frame=("f8", (4,)),  # centre of mass and principal axes in the body's frame
     pressed="i8",  # a contact was closed at the start of the step
-    # centre of mass after the last step of the world, and how far [m] the surface may move from there, rotation since
-    # near pairs were listed included, with no contact possible; negative: none are excluded
-    cleared=VECTOR, clearance="f8",
+    clearance="f8",  # see `free.set_clearances`
 )  # fmt: skip
 """A free body."""
 

@@ -95,11 +95,8 @@ def move_world(head, w, state, again):
     run_trees(head, WRITE)
     report_contacts(head, w)
     store_state(head, w, state)
-    alone = not has_contacts(w) and w.guard_count + head.tree_count + head.mocap_count == 0
-    for i in range(head.free_count):
-        free.set_clearance(w, free_at(head.frees, i), alone)
-    for k in range(w.nears if alone else 0):
-        free.reduce_clearance(head, w, near_at(w.near, k))
+    if is_clear(head, w):
+        free.set_clearances(head, w)
     return MOVED
 
 
@@ -132,7 +129,10 @@ def step_world(head):
             free.hold_free(head, free_at(head.frees, i))
         return REPEATED
     state = load_state(head)
-    if w.stale == 0 and all_stay_clear(head, w):
+    clear = w.stale == 0 and is_clear(head, w)
+    for i in range(head.free_count if clear else 0):
+        clear = clear and free.stays_clear(head, free_at(head.frees, i))
+    if clear:
         return CALM
     edited = w.edited
     done = move_world(head, w, state, False)
@@ -225,12 +225,9 @@ def read_state(w, row):
     return call_read(address(w, READ_STATE), w, row.ctypes.data, row.size)
 
 
-def all_stay_clear(head, w):
-    """Return whether there are only free bodies, no contact is in use, and no two shapes can have touched."""
-    clear = head.mocap_count + head.tree_count == 0 and not has_contacts(w)
-    for i in range(head.free_count if clear else 0):
-        clear = clear and free.stays_clear(head, free_at(head.frees, i))
-    return clear
+def is_clear(head, w):
+    """Return whether there are only free bodies, no contact is in use, and no two shapes have a guard."""
+    return w.guard_count + head.tree_count + head.mocap_count == 0 and not has_contacts(w)
 
 
 def store_state(head, w, state):

@@ -15,7 +15,7 @@ from contactlaw.mujoco_plugin.layout import data_at
 from contactlaw.world.bodies import motion
 from contactlaw.world.bodies.motion import note_usual, set_axes, spin_after, spin_rate, update_momentum
 from contactlaw.world.contacts.force import is_quasi_static
-from contactlaw.world.data.access import body_at, world_at
+from contactlaw.world.data.access import body_at, near_at, world_at
 from contactlaw.world.data.quaternion import conjugate, load4, product, store4, turn_by
 from contactlaw.world.data.records import AGED
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, store, sub
@@ -38,25 +38,23 @@ def pose_in(f, coordinates):
     return add(load(q), arm), product(own, f.frame)
 
 
-def set_clearance(w, f, alone):
-    """Set how far a body may move until near pairs must be listed anew; its pairs reduce that, see `reduce_clearance`.
+def set_clearances(head, w):
+    """Set how far [m] the surface of each body may move from where the world has it until anything can touch.
 
-    alone: there are only free bodies, no contact is in use, and no two shapes have a guard; else no way is clear.
+    Rotation since near pairs were listed counts. The two bodies of a near pair share its gap.
     """
-    b = body_at(w.bodies, f.body)
-    store(f.cleared, load(b.position))
-    f.clearance = b.margin - norm(sub(load(b.position), load(b.listed_position))) if alone else -1.0
-
-
-def reduce_clearance(head, w, p):
-    """Let the free bodies of a near pair move together no further than its gap is wide."""
-    a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-    overlap, _, _, _ = meet_near(w, p, a, b)
-    share = 0.5 if a.inverse_mass != 0.0 and b.inverse_mass != 0.0 else 1.0
-    for one, i in ((a, p.body_a), (b, p.body_b)):
-        if one.inverse_mass != 0.0:
-            f = free_at(head.frees, i - 1)
-            f.clearance = min(f.clearance, one.turned * one.reach - share * overlap)
+    for i in range(head.free_count):
+        b = body_at(w.bodies, free_at(head.frees, i).body)
+        free_at(head.frees, i).clearance = b.margin - norm(sub(load(b.position), load(b.listed_position)))
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+        overlap, _, _, _ = meet_near(w, p, a, b)
+        share = 0.5 if a.inverse_mass != 0.0 and b.inverse_mass != 0.0 else 1.0
+        for one, i in ((a, p.body_a), (b, p.body_b)):
+            if one.inverse_mass != 0.0:
+                f = free_at(head.frees, i - 1)
+                f.clearance = min(f.clearance, one.turned * one.reach - share * overlap)
 
 
 def stays_clear(head, f):
@@ -80,7 +78,7 @@ def stays_clear(head, f):
         centre = add(centre, arm)
         if not same_as_left(head, f):
             return False
-    left, moved = f.clearance - path, sub(centre, load(f.cleared))
+    left, moved = f.clearance - path, sub(centre, load(b.position))
     return left >= 0.0 and dot(moved, moved) <= left * left
 
 
