@@ -325,6 +325,7 @@ def advance(m, d, instance):
         return
     head, opt = head_of(m, d, instance), model_at(m, 0).opt
     if opt.enableflags & layout.SLEEP:
+        opt.enableflags &= ~layout.SLEEP  # the engine then wakes all at the start of its next step
         report_once(head, notices.SLEEPS, 0.0)
     if opt.disableflags & layout.NO_PASSIVE == layout.NO_PASSIVE:  # MuJoCo has not called `compute`
         report_once(head, notices.SWITCHED_OFF, 0.0)

@@ -30,10 +30,6 @@ from contactlaw.world.readout import PUT_IN
 Source = str | bytes | os.PathLike[str]
 NEEDS = "<!-- before this is read: import contactlaw.mujoco_plugin -->"
 NAMED = 5  # overlapping pairs in a message
-NO_SLEEP = (
-    'model: <flag sleep="enable"/> is turned off, as what the engine puts to sleep would not wake when the law strikes '
-    "it; what rests by the law sleeps anyway"
-)
 INSIDE = 0.1  # depth over the radius of the smaller bounding sphere: deeper than any contact
 
 
@@ -158,9 +154,6 @@ def _compile_with_contacts(
     if len(spec.plugins) == before:
         text = "contacts: no two geoms that touch natively are in one of them; nothing is added"
         warnings.warn(text, ContactWarning, stacklevel=3)
-    elif spec.option.enableflags & layout.SLEEP:
-        spec.option.enableflags &= ~layout.SLEEP
-        warnings.warn(NO_SLEEP, ContactWarning, stacklevel=3)
     return spec, _settle_overlaps(spec, _compiled(spec), overlaps)
 
 

@@ -36,7 +36,8 @@ TEXTS = DOUBTFUL | {
     "damaged); contacts start anew",
     SWITCHED_OFF: "disableflags: spring and damper are both disabled, and with them all passive forces: "
     "the law's contacts are off",
-    SLEEPS: "enableflags: sleep is on; what the engine puts to sleep does not rest by the law",
+    SLEEPS: "enableflags: sleep is turned off, as what the engine puts to sleep would not wake when the law strikes "
+    "it; what rests by the law sleeps anyway",
     UNSAVED: "plugin_state has no room for {:.0f} of the contacts: they start anew when this state is restored",
     TOWED: "body {} carries others by joints and moves with a mocap body: contacts do not know its velocity; give "
     "it a free joint, and weld it to the mocap body by an equality",

@@ -51,8 +51,6 @@ def init(model: int, data: int, number: int) -> int:
     """Make the block of an instance; called when an mjData is made. Returns -1 on failure."""
     try:
         view = layout.ModelView(model)
-        if view.opt["enableflags"] & layout.SLEEP:
-            raise ValueError("enableflags: sleep must be off; a body that is struck by the law would not wake")
         if view.opt["enableflags"] & layout.OVERRIDE and (view.pair_margin < 0.0).any():
             raise ValueError("enableflags: override must be off; it brings back contacts that pairs turn off")
         if layout.LOSES_SPIN and view.opt["integrator"] == layout.IMPLICITFAST:

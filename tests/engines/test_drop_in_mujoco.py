@@ -190,20 +190,20 @@ def test_what_the_law_cannot_serve_is_refused(scene, contact, settings, message)
         load_model(scene, [contact], **settings)
 
 
-def test_sleeping_of_the_engine_is_turned_off():
-    with pytest.warns(ContactWarning, match="sleep.* is turned off"):
-        model = load_model(SCENE.replace(OPTION, '<option><flag sleep="enable"/></option>'), [("upper", "floor", PAIR)])
-    assert model.opt.enableflags == 0
-
-
-def test_sleeping_of_the_engine_is_left_on_where_nothing_is_added():
-    scene = """<mujoco><option><flag sleep="enable"/></option><worldbody><geom type="plane" size="1 1 1"/>
-        <body pos="0 0 1"><freejoint/><geom size=".1" contype="0" conaffinity="0"/></body></worldbody></mujoco>"""
-    with warnings.catch_warnings(record=True) as told:
-        warnings.simplefilter("always")
-        model = load_model(scene, [("*", "*", PAIR)])
-    assert [("nothing is added" in str(one.message), one.category) for one in told] == [(True, ContactWarning)]
-    assert model.opt.enableflags == int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+@pytest.mark.parametrize("policy", ["auto", "init"])
+def test_sleep_of_the_engine_is_turned_off_in_the_first_step(policy):
+    """A ball falls on one that lies on the floor, as in a model without that flag."""
+    scene = f"""<mujoco><option timestep=".002">{{}}</option><worldbody><geom type="plane" size="1 1 1"/>
+        <body pos="0 0 .1" sleep="{policy}"><freejoint/><geom size=".1"/></body>
+        <body pos=".01 0 1"><freejoint/><geom size=".1"/></body></worldbody></mujoco>"""
+    (plain, one), (model, two) = (
+        with_data(load_model(scene.format(flag), [("*", "*", PAIR)])) for flag in ("", '<flag sleep="enable"/>')
+    )
+    mujoco.mj_step(plain, one, 400)
+    with pytest.warns(ContactWarning, match="sleep is turned off") as told:
+        mujoco.mj_step(model, two, 400)
+    assert len(told) == 1 and model.opt.enableflags == 0
+    assert (one.qpos == two.qpos).all() and one.qvel[0] < 0.0
 
 
 def test_what_the_engine_says_of_attached_models_is_said_once(tmp_path):
