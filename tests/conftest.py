@@ -13,6 +13,8 @@ settings.load_profile("contactlaw")
 
 
 WORLDS = ("engines", "golden", "scenes", "world")  # folders whose tests run the kernels of worlds
+# worlds are for compiled code alone
+collect_ignore_glob = ["engines/*.py", "world/*.py"] if numba.config.DISABLE_JIT else []
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -25,12 +27,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         share = len(items) // xdist["workercount"] // 4
         worlds, others = ([item for item in items if (item.path.parent.name in WORLDS) is of] for of in (True, False))
         items[:] = worlds[:share] + others + worlds[share:]
-    if not numba.config.DISABLE_JIT:
-        return
-    skip = pytest.mark.skip(reason="needs the JIT")
     for item in items:
-        if item.get_closest_marker("heavy") or item.path.parent.name in ("engines", "world"):
-            item.add_marker(skip)
+        if numba.config.DISABLE_JIT and item.get_closest_marker("heavy"):
+            item.add_marker(pytest.mark.skip(reason="needs the JIT"))
 
 
 @pytest.fixture

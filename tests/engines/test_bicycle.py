@@ -6,16 +6,12 @@ v^2 K_2) q = 0 for lean and steer angles q, with knife-edged wheels.
 
 from math import cos, pi, sin
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import mujoco
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from contactlaw import ContactPair  # noqa: E402
-from contactlaw.mujoco_plugin import load_model  # noqa: E402
+from contactlaw import ContactPair
+from contactlaw.mujoco_plugin import load_model
 
 SPEED = 5.0  # [m/s], at which the benchmark is stable
 M = np.array([[80.81722, 2.31941332208709], [2.31941332208709, 0.29784188199686]])

@@ -5,7 +5,6 @@ from __future__ import annotations
 import warnings
 from math import pi
 
-import numba
 import numpy as np
 import pytest
 
@@ -53,8 +52,6 @@ def settled(energies: list[float], heights: np.ndarray) -> None:
 def test_mujoco_drops(timestep: float, seed: int) -> None:
     """Under Runge-Kutta, whose flight keeps energy; looked at each tenth of a second."""
     mujoco = pytest.importorskip("mujoco")
-    if numba.config.DISABLE_JIT:
-        pytest.skip("the MuJoCo plugin needs compiled callbacks")
     from contactlaw.mujoco_plugin import load_model
 
     made = bodies(seed)
@@ -139,8 +136,6 @@ def test_pybullet_drops(client: int, timestep: float, seed: int) -> None:
 def test_mujoco_stands_on_edges_of_a_given_radius() -> None:
     """A box on a plane sinks by 4 P = m g; nothing is warned of."""
     mujoco = pytest.importorskip("mujoco")
-    if numba.config.DISABLE_JIT:
-        pytest.skip("the MuJoCo plugin needs compiled callbacks")
     from contactlaw.mujoco_plugin import load_model
 
     text = """<mujoco><option timestep="2e-3"/><worldbody><geom name="ground" type="plane" size="1 1 1"/>
@@ -162,8 +157,6 @@ def test_mujoco_stands_on_edges_of_a_given_radius() -> None:
 def test_an_edge_that_comes_to_lie_over_a_face_gives_back_its_energy(seed: int) -> None:
     """A brick that tumbles between walls without friction and loss; single impacts took up to 22 % of its energy."""
     mujoco = pytest.importorskip("mujoco")
-    if numba.config.DISABLE_JIT:
-        pytest.skip("the MuJoCo plugin needs compiled callbacks")
     from contactlaw.mujoco_plugin import load_model
 
     sides = [(side, axis) for side in (-1, 1) for axis in np.eye(3)]

@@ -1,19 +1,15 @@
 """Bodies near each other that cannot touch in a step: the world does not take it, and no touch is found late."""
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import mujoco
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from contactlaw import MATERIALS, ContactPair  # noqa: E402
-from contactlaw.mujoco_plugin import layout, load_model  # noqa: E402
-from contactlaw.mujoco_plugin.block import HEAD  # noqa: E402
-from contactlaw.mujoco_plugin.callbacks import CALM, MOVED  # noqa: E402
-from contactlaw.mujoco_plugin.layout import record_at  # noqa: E402
-from contactlaw.world.data.records import WORLD  # noqa: E402
+from contactlaw import MATERIALS, ContactPair
+from contactlaw.mujoco_plugin import layout, load_model
+from contactlaw.mujoco_plugin.block import HEAD
+from contactlaw.mujoco_plugin.callbacks import CALM, MOVED
+from contactlaw.mujoco_plugin.layout import record_at
+from contactlaw.world.data.records import WORLD
 
 STEEL = ContactPair(MATERIALS["steel"], MATERIALS["steel"], friction=0.1, restitution=1.0)
 ROOM = """<mujoco><option timestep="{dt}" integrator="{integrator}" gravity="0 0 -9.81"/><worldbody>

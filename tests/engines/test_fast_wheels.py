@@ -1,16 +1,12 @@
 """Wheels that turn far within a step are as round as before: a car on them takes implicit steps."""
 
-import numba
 import numpy as np
 import pytest
+from mujoco_scenes import mujoco
 
-mujoco = pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
-
-from contactlaw import ContactPair  # noqa: E402
-from contactlaw.mujoco_plugin import load_model  # noqa: E402
-from tests.engines.test_clearance import head_of  # noqa: E402
+from contactlaw import ContactPair
+from contactlaw.mujoco_plugin import load_model
+from tests.engines.test_clearance import head_of
 
 RADIUS, TORQUE = 0.05, 0.02
 WHEEL = """<body pos="{} {} 0"><joint name="j{}" axis="0 1 0"/>

@@ -2,7 +2,6 @@
 
 import warnings
 
-import numba
 import numpy as np
 import pytest
 
@@ -41,8 +40,6 @@ def heap(timestep: float) -> str:
 @pytest.mark.parametrize("timestep", [1e-3, 1e-2])
 def test_mujoco_lets_them_fall_and_rest(timestep):
     mujoco = pytest.importorskip("mujoco")
-    if numba.config.DISABLE_JIT:
-        pytest.skip("the MuJoCo plugin needs compiled callbacks")
     from contactlaw.mujoco_plugin import load_model
 
     moving = ["cube", "egg", "rock", "stone"]
@@ -135,8 +132,6 @@ def wheels() -> str:
 def test_fast_parts_do_not_crowd_a_ball_out_of_the_list(room, monkeypatch):
     """Room follows from what can meet; where it falls short, a warning says what is left out."""
     mujoco = pytest.importorskip("mujoco")
-    if numba.config.DISABLE_JIT:
-        pytest.skip("the MuJoCo plugin needs compiled callbacks")
     from contactlaw.mujoco_plugin import load_model
     from contactlaw.world import arrays
 
@@ -157,8 +152,6 @@ def test_fast_parts_do_not_crowd_a_ball_out_of_the_list(room, monkeypatch):
 def test_mujoco_finds_the_hull_of_a_mesh_once(monkeypatch):
     """Not for each mjData, nor after each edit of the model: a robot's hulls take half a second."""
     mujoco = pytest.importorskip("mujoco")
-    if numba.config.DISABLE_JIT:
-        pytest.skip("the MuJoCo plugin needs compiled callbacks")
     from contactlaw.mujoco_plugin import load_model
 
     model = load_model(heap(1e-3), [("*", "*", PAIR)])

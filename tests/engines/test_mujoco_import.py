@@ -3,12 +3,9 @@
 import subprocess
 import sys
 
-import numba
 import pytest
 
 pytest.importorskip("mujoco")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
 
 RUN = """
 import gc, importlib, sys, warnings

@@ -11,7 +11,6 @@ UNSEEN = 'contype="0" conaffinity="0"'
 REACH = 0.2  # [m] of an arm
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize(("stiffness", "damping"), [(1e3, 10.0), (1e3, 100.0), (1e4, 50.0), (1e4, 500.0)])
 @pytest.mark.parametrize("mass", [0.1, 1.0])
 def test_a_gripper_of_position_actuators_holds_a_ball_that_is_shaken(stiffness, damping, mass):
@@ -199,7 +198,6 @@ def test_a_fast_arm_strikes_what_it_would_jump_over_in_a_step(speed):
         assert -1.01 * speed < data.qvel[0] < 0.0
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("timestep", [1e-3, 5e-3])
 @pytest.mark.parametrize("integrator", ["Euler", "RK4"])
 def test_a_light_link_that_carries_a_heavy_one_gains_no_energy_from_an_impact(integrator, timestep):

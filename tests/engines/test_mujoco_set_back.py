@@ -229,7 +229,6 @@ def test_a_copy_follows_an_arm_past_what_is_led_by_and_under_a_sudden_push(push,
         assert np.array_equal(state_of(model, other), state_of(model, data)), start
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize(("held", "seed"), [("<freejoint/>", 0), ("", 2), (None, 0), (None, 1)])
 def test_a_grasp_set_back_at_any_step_goes_on_to_the_bit(held, seed):
     """Fingers with hanging links, which contacts push, round a ball, a mocap body that is led to and fro, or nothing.

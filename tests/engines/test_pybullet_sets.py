@@ -97,7 +97,6 @@ def test_two_contacts_share_an_impact(client: int) -> None:
     np.testing.assert_allclose(spin, 0.0, atol=1e-9)
 
 
-@pytest.mark.heavy
 def test_pile_in_a_box_comes_to_rest(client: int) -> None:
     """Nine balls in a box of planes: they lose their energy, and the floor and walls carry their weight."""
     g, radius = 9.81, 0.02

@@ -1,6 +1,5 @@
 """What touches in more than one point is refused in both engines, whatever radius is given; what does not is served."""
 
-import numba
 import numpy as np
 import pytest
 
@@ -49,8 +48,6 @@ TORUS = """<mujoco><extension><plugin plugin="mujoco.sdf.torus"><instance name="
 @pytest.fixture
 def load_model():
     pytest.importorskip("mujoco")
-    if numba.config.DISABLE_JIT:
-        pytest.skip("the MuJoCo plugin needs compiled callbacks")
     from contactlaw.mujoco_plugin import load_model
 
     return load_model

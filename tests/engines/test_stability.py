@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from math import sqrt
 
-import numba
 import numpy as np
 import pytest
 
 pytest.importorskip("mujoco")
 pytest.importorskip("pybullet")
-if numba.config.DISABLE_JIT:
-    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
 
 from contactlaw import rebound
 from validation.cases.stability_map import DURATIONS, MASS_RATIOS, MODULI

@@ -11,7 +11,6 @@ from tests.world.chains import Chain, Link
 from tests.world.jointed_scenes import UPPER, mass_matrix, pendulum
 
 
-@pytest.mark.heavy
 def test_a_double_pendulum_is_that_of_the_textbook() -> None:
     """Mass matrix and accelerations in closed form, for absolute angle of the first rod, relative of the second."""
     rng = np.random.default_rng(0)
@@ -43,7 +42,6 @@ def swing(timestep: float) -> tuple[float, np.ndarray]:
     return world.energy.total - first, world.tree(0)[0]
 
 
-@pytest.mark.heavy
 def test_free_swinging_is_of_fourth_order() -> None:
     """In steps so short that the flight takes them whole."""
     steps = [1.6e-3, 8e-4, 4e-4]
@@ -53,7 +51,6 @@ def test_free_swinging_is_of_fourth_order() -> None:
     assert abs(swing(1e-3)[0]) < 3e-8
 
 
-@pytest.mark.heavy
 def test_a_chain_on_a_free_base_keeps_its_momenta() -> None:
     """Three bodies with hinges about different axes tumble without gravity."""
     rng = np.random.default_rng(2)
@@ -82,7 +79,6 @@ def test_bad_chains_are_named(call, message: str) -> None:
         call()
 
 
-@pytest.mark.heavy
 def test_bad_coordinates_are_named() -> None:
     world = World()
     tree, bodies = world.add_tree(pendulum()[0])

@@ -12,12 +12,8 @@ import numpy as np
 import pytest
 
 from contactlaw import ContactPair
-from contactlaw.jit import INTERPRETED
 from contactlaw.world import World
 from contactlaw.world.data import demand
-
-if INTERPRETED:
-    pytest.skip("calls by address", allow_module_level=True)
 
 FLIGHT = 3  # steps before the touch
 

@@ -61,7 +61,6 @@ def reach(world: World, body: int, kind: str, n: np.ndarray) -> float:
     return out + (RADIUS if kind == "sphere" else 0.018 * np.abs(own).sum() + 0.002)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("kind", ["sphere", "capsule", "ellipsoid", "hull", "cylinder"])
 def test_an_ellipsoid_meets_where_no_plane_parts_further(kind: str) -> None:
     """Along the normal found the gap is that of both supports, and along others near to it less (separating axis)."""
@@ -105,7 +104,6 @@ def test_an_ellipsoid_meets_where_no_plane_parts_further(kind: str) -> None:
     assert found > 40
 
 
-@pytest.mark.heavy
 def test_an_ellipsoid_by_the_border_of_a_side_meets_its_own_rim() -> None:
     """As it turns from a cylinder's side over its rim: Newton's method once leapt to the other rim and to and fro."""
     half, radius, height, rounding = np.array([0.0374, 0.0053, 0.0160]), 0.0377, 0.0124, 0.00124
@@ -124,7 +122,6 @@ def test_an_ellipsoid_by_the_border_of_a_side_meets_its_own_rim() -> None:
     np.testing.assert_allclose(found, np.tile([gap, 0.0], (60, 1)), rtol=0, atol=1e-9)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("kind", ["box", "cylinder", "hull"])
 def test_a_long_or_flat_ellipsoid_finds_the_feature_that_it_faces(kind: str) -> None:
     """Sizes of 1 to 10: for some, Newton's method on one feature leads to another, and on that back to the first."""
@@ -160,7 +157,6 @@ def test_a_long_or_flat_ellipsoid_finds_the_feature_that_it_faces(kind: str) -> 
     np.testing.assert_allclose(found, np.tile([gap, 0.0], (600, 1)), rtol=0, atol=1e-7)
 
 
-@pytest.mark.heavy
 def test_two_long_ellipsoids_meet_where_they_face_each_other() -> None:
     """Draws, of 12,000, in which whole steps of Newton's method led to and fro over the normal: found 3 mm deep."""
     for seed in (2938, 3561, 7324, 7859, 9671, 11120, 11804, 11989):
@@ -199,7 +195,6 @@ def press(world: World, shapes: list, pair, mass: float, speed: float, radius: f
     assert parted["duration"] == pytest.approx(2.9432752 * deepest / speed, rel=1e-2)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_an_ellipsoid_strikes_a_plane_as_hertz_says(axis: int) -> None:
     half = np.roll(HALF_AXES, axis)
@@ -211,7 +206,6 @@ def test_an_ellipsoid_strikes_a_plane_as_hertz_says(axis: int) -> None:
     press(world, [world.add_ellipsoid(body, half), floor], steel_pair(0.0), mass, 0.2, hertz_radius(p, q))
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("angle", [30.0, 60.0, 90.0])
 @pytest.mark.parametrize("second", [0.01, 0.03])
 @pytest.mark.parametrize("kind", ["capsule", "cylinder"])
@@ -233,7 +227,6 @@ def test_crossed_cylinders_strike_as_hertz_says(kind: str, angle: float, second:
     press(world, [moving, still], steel_pair(0.0), mass, 0.2, radius)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("timestep", [5e-4, 2e-3, 1e-2])
 def test_elastic_ellipsoids_keep_their_energy(timestep: float) -> None:
     """Among each other, a hull, a capsule and a ball, between walls."""
@@ -247,7 +240,6 @@ def test_elastic_ellipsoids_keep_their_energy(timestep: float) -> None:
     keep_their_energy(timestep, 0.1, fill)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("timestep", [1e-3, 1e-2])
 def test_an_ellipsoid_comes_to_rest_on_its_flat_side(timestep: float) -> None:
     world = World(timestep=timestep)

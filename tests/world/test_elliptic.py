@@ -9,7 +9,7 @@ import pytest
 from scipy.special import ellipe, ellipk
 
 from contactlaw import ContactPair, rebound
-from contactlaw.jit import INTERPRETED, jit
+from contactlaw.jit import jit
 from contactlaw.laws.ellipse import force_on_ellipse, returned, share_along
 from contactlaw.laws.microslip import Microslip
 from contactlaw.laws.record import CONTACT
@@ -20,8 +20,6 @@ from validation.cases import elliptic
 from validation.cases.elliptic import CROSSED, ELLIPSOIDS, impact, partial_curvatures
 from validation.cases.shapes import PLASTIC, elongation
 from validation.prediction import SPHERE
-
-compiled = pytest.mark.skipif(INTERPRETED, reason="calls by address")
 
 
 @jit
@@ -91,7 +89,6 @@ def test_the_longer_axis_is_where_the_curvatures_of_both_are_the_least() -> None
         assert abs(np.array(along[:2]) @ vectors[:, 1]) < 1e-7 * max(1.0, float(np.linalg.norm(along)))
 
 
-@compiled
 @pytest.mark.parametrize("name", [*ELLIPSOIDS, CROSSED])
 @pytest.mark.parametrize(("axis", "sign"), [(0, 1.0), (1, -1.0)])
 def test_a_rebound_has_the_stiffness_of_its_direction(name: str, axis: int, sign: float) -> None:
@@ -105,7 +102,6 @@ def test_a_rebound_has_the_stiffness_of_its_direction(name: str, axis: int, sign
         assert abs(found[1 - axis]) < 1e-9
 
 
-@compiled
 def test_the_law_for_slides_that_turn_has_the_same_springs_on_an_ellipse(monkeypatch) -> None:
     name, psi = CROSSED, np.array([0.5, 0.5])
     expected = impact(name, psi)
@@ -113,7 +109,6 @@ def test_the_law_for_slides_that_turn_has_the_same_springs_on_an_ellipse(monkeyp
     np.testing.assert_allclose(impact(name, psi), expected, atol=2e-3)
 
 
-@compiled
 @pytest.mark.parametrize("timestep", [1e-5, 2e-3])
 def test_friction_is_opposite_to_a_slide_askew(timestep: float) -> None:
     """Of a body that hardly turns, substep by substep and in implicit steps."""

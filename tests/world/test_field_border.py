@@ -7,8 +7,6 @@ from contactlaw import ContactPair
 from contactlaw.world import World
 from tests.world.world_scenes import steel_pair
 
-pytestmark = pytest.mark.heavy
-
 
 def a_ball(world: World, **motion) -> tuple[int, int]:
     """A ball of 0.2 kg and 20 mm; the numbers of body and shape."""

@@ -63,7 +63,6 @@ def period(angles: np.ndarray, timestep: float) -> float:
     return float(times[-1] - times[0]) * timestep / (k.size - 1)
 
 
-@pytest.mark.heavy
 def test_a_box_on_a_plane_is_four_springs() -> None:
     """Depth, 4 P(depth) = m g; bounce, 4 k/m; and rocking, (4 k x^2 - m g z)/I, by the stiffness k = 2 E* sqrt(r d)."""
     world, floor = on_floor(1e-5)
@@ -88,7 +87,6 @@ def test_a_box_on_a_plane_is_four_springs() -> None:
         assert period(np.array(track), 1e-5) == pytest.approx(2.0 * pi / sqrt(stiffness), rel=1e-3)
 
 
-@pytest.mark.heavy
 @STEPS
 @pytest.mark.parametrize("ground", ["plane", "table"])
 @pytest.mark.parametrize(
@@ -112,7 +110,6 @@ def test_a_dropped_box_comes_to_rest(timestep: float, ground: str, quaternion, h
     assert rows["force"][:, 2].sum() == pytest.approx(8.0 * HALF.prod() * 2000.0 * G, rel=1e-6)
 
 
-@pytest.mark.heavy
 @STEPS
 def test_a_puck_stands_on_its_end_and_penetrates_as_four_feet_do(timestep: float) -> None:
     for quaternion in ((1, 0, 0, 0), (0.9, 0.3, 0.2, 0.2)):
@@ -127,7 +124,6 @@ def test_a_puck_stands_on_its_end_and_penetrates_as_four_feet_do(timestep: float
         assert np.abs(world.velocity).max() < 1e-9
 
 
-@pytest.mark.heavy
 @STEPS
 @pytest.mark.parametrize("ground", ["plane", "table"])
 def test_a_can_rolls_straight_and_for_ever(timestep: float, ground: str) -> None:
@@ -146,7 +142,6 @@ def test_a_can_rolls_straight_and_for_ever(timestep: float, ground: str) -> None
     assert abs(world.position[0, 1]) < 1e-8
 
 
-@pytest.mark.heavy
 @STEPS
 @pytest.mark.parametrize("count", [2, 3])
 def test_equal_boxes_stand_on_each_other(timestep: float, count: int) -> None:
@@ -159,7 +154,6 @@ def test_equal_boxes_stand_on_each_other(timestep: float, count: int) -> None:
     np.testing.assert_allclose(world.position[:, :2], 0.0, atol=1e-6)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize(("count", "shift", "restitution"), [(2, 4e-3, 0.02), (3, 5e-3, 0.1), (3, 2e-3, 0.3)])
 def test_many_dampers_on_one_body_bring_it_to_rest(count: int, shift: float, restitution: float) -> None:
     """Up to twelve contacts between two boxes, which together damp more than a substep of one of them can follow."""
@@ -195,7 +189,6 @@ def drop(seed: int, restitution: float | None = None) -> World:
     return world
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("first", range(0, 40, 10))
 def test_random_drops_gain_nothing_and_come_to_rest(first: int) -> None:
     """Boxes sleep; cylinders may roll on, with their middle at the height of their radius, or wobble to the ground."""
@@ -208,7 +201,6 @@ def test_random_drops_gain_nothing_and_come_to_rest(first: int) -> None:
         assert at[on, 2].min(initial=1.0) > 0.0048, seed
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("kind", ["box", "cylinder"])
 @pytest.mark.parametrize("timestep", [5e-4, 2e-3])
 def test_elastic_impacts_without_friction_keep_energy(kind: str, timestep: float) -> None:
@@ -239,7 +231,6 @@ def test_elastic_impacts_without_friction_keep_energy(kind: str, timestep: float
         assert np.abs(world.position).max() < 0.1
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("other", ["plane", "box", "cylinder"])
 def test_rims_and_sides_are_met_where_they_are_deepest(other: str) -> None:
     """Against a search over all points of the crowned disc; edges of what is met are rounded by a tenth."""
@@ -349,7 +340,6 @@ def test_a_rim_strikes_an_edge_or_a_rim_with_the_restitution_given(other, restit
     assert world.velocity[0, 2] - world.velocity[1, 2] == pytest.approx(restitution, abs=0.05)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("timestep", [1e-3, 5e-3])
 def test_a_coin_that_wobbles_stays_on_its_rim_and_gains_nothing(timestep: float) -> None:
     """Euler's disk, set rolling at a tilt of 0.2: 4 g/(R sin tilt) is the square of its rate, to the tilt's square."""
@@ -380,7 +370,6 @@ def test_a_coin_that_wobbles_stays_on_its_rim_and_gains_nothing(timestep: float)
     assert 0.95 * energy < world.energy.total < energy
 
 
-@pytest.mark.heavy
 def test_a_coin_that_is_laid_down_tilted_settles() -> None:
     world, floor = on_floor(1e-3)
     coin = cylinder(world, 0.0125, 0.001, (0.0, 0.0, 0.0025), (cos(0.05), sin(0.05), 0.0, 0.0))

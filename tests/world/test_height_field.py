@@ -17,7 +17,6 @@ from contactlaw.world.shapes.curvature import equivalent_radius
 from contactlaw.world.shapes.geometry import meet
 from tests.world.world_scenes import steel_pair
 
-pytestmark = pytest.mark.heavy
 TILT, HALF = 0.3, (2.0, 1.5)
 SHAPES = "ball", "egg", "can", "box"
 

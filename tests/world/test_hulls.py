@@ -125,7 +125,6 @@ def test_a_rim_over_a_cylinder_counts_the_curvatures_of_both() -> None:
     assert radius == pytest.approx(joined(1.0 / far, 1.0 / rounding[0] + 1.0 / r[1]), rel=1e-6)
 
 
-@pytest.mark.heavy
 def test_a_ball_meets_a_cube_as_its_core_within_a_radius() -> None:
     """And with the curvatures of its faces, edges and corners."""
     rng = np.random.default_rng(1)
@@ -164,7 +163,6 @@ def test_a_line_through_a_cube_is_pushed_across_itself() -> None:
     assert normal == pytest.approx((0.0, 0.02 / np.hypot(0.02, 0.05), 0.05 / np.hypot(0.02, 0.05)), abs=1e-12)
 
 
-@pytest.mark.heavy
 def test_two_hulls_meet_where_no_plane_parts_them_further() -> None:
     """The gap is that of a plane across the normal, on which one vertex of each core lies (separating axis)."""
     rng = np.random.default_rng(2)
@@ -214,7 +212,6 @@ def keep_their_energy(timestep: float, half: float, fill) -> None:
     assert impacts > 50
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("timestep", [5e-4, 2e-3, 1e-2])
 def test_elastic_hulls_keep_their_energy(timestep: float) -> None:
     def fill(world: World, rng: np.random.Generator) -> list[int]:
@@ -224,7 +221,6 @@ def test_elastic_hulls_keep_their_energy(timestep: float) -> None:
     keep_their_energy(timestep, 0.08, fill)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("timestep", [5e-4, 2e-3, 1e-2])
 def test_hulls_fall_and_come_to_rest(timestep: float) -> None:
     """Two on each other in a pit: no energy from nothing, nobody sinks, all sleep; weight is what the floor carries."""
@@ -253,7 +249,6 @@ def test_hulls_fall_and_come_to_rest(timestep: float) -> None:
         assert from_walls["force"][:, 2].sum() == pytest.approx(weight.sum(), rel=1e-6)
 
 
-@pytest.mark.heavy
 def test_a_cube_is_a_body_on_eight_balls() -> None:
     """On a plane it moves as this does; and one on another lies on four corners or more, square or not."""
     places = []
@@ -288,7 +283,6 @@ def test_a_cube_is_a_body_on_eight_balls() -> None:
         assert np.abs(between["force"][:, 2]).sum() == pytest.approx(weight, rel=1e-6)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("lies", [False, True])
 def test_a_can_stands_and_lies_on_a_hull(lies: bool) -> None:
     world = World(timestep=2e-3)

@@ -3,11 +3,6 @@
 import numpy as np
 import pytest
 
-from contactlaw.jit import INTERPRETED
-
-if INTERPRETED:
-    pytest.skip("a world is moved by compiled code alone", allow_module_level=True)
-
 from contactlaw import ContactPair
 from contactlaw.world import World
 

@@ -15,7 +15,6 @@ SIZES = {"cube": (0.02, 0.02, 0.02), "plate": (0.02, 0.02, 0.004), "tower": (0.0
 """Half lengths of boxes; radius and half length of a cylinder [m]."""
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("name", "on", "off"),
     [
@@ -63,7 +62,6 @@ def test_what_lands_on_several_points_rebounds_as_its_pair_says(name: str, on: s
         assert world.energy.total == pytest.approx(0.25 * before, rel=2.0 * off)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("restitution", [0.05, 0.2, 0.5, 0.9])
 @pytest.mark.parametrize("feet", [4, 8, 16])
 def test_many_feet_rebound_as_their_pair_says_with_few_substeps_too(feet: int, restitution: float) -> None:
@@ -71,7 +69,6 @@ def test_many_feet_rebound_as_their_pair_says_with_few_substeps_too(feet: int, r
     assert rebound_of_feet(feet, restitution) == pytest.approx(restitution, abs=1e-4 if feet == 4 else 1e-2)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize(("feet", "off"), [(4, 3e-4), (8, 0.015)])
 def test_feet_on_linear_springs_rebound_as_their_pair_says(feet: int, off: float) -> None:
     """Their dampers act in full at the touch. Shared there as if each had its own mass, they gave 0.505 and 0.568."""
@@ -107,7 +104,6 @@ def test_feet_that_hardly_rebound_gain_nothing_with_few_substeps(law: str, joine
     assert world.velocity[body, 2] == pytest.approx(0.001, abs=0.01)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("lying", [False, True])
 @pytest.mark.parametrize("restitution", [0.2, 0.5, 0.9])
 def test_pucks_that_meet_side_on_side_rebound_as_their_pair_says(restitution: float, lying: bool) -> None:
@@ -128,7 +124,6 @@ def test_pucks_that_meet_side_on_side_rebound_as_their_pair_says(restitution: fl
     assert world.velocity[pucks[1], 0] - world.velocity[pucks[0], 0] == pytest.approx(restitution, abs=2e-3)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("restitution", [0.2, 0.5, 0.9])
 @pytest.mark.parametrize("kinds", [("hull", "hull"), ("box", "hull"), ("box", "cylinder"), ("cylinder", "cylinder")])
 def test_what_stiffens_as_it_is_pressed_rebounds_as_its_pair_says(kinds: tuple[str, str], restitution: float) -> None:

@@ -44,7 +44,6 @@ def inside(world: World, half: float) -> bool:
     return out and bool(np.abs(places).max() < half)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("timestep", [pytest.param(5e-4, marks=pytest.mark.slow), 2e-3, 1e-2])
 def test_a_hundred_elastic_impacts_keep_energy(kind: str, timestep: float) -> None:
@@ -62,7 +61,6 @@ def test_a_hundred_elastic_impacts_keep_energy(kind: str, timestep: float) -> No
     assert edges > 5 or kind != "capsule on edges"
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("restitution", [1.0, 0.5])
 @pytest.mark.parametrize("timestep", [5e-4, 2e-3, 1e-2])
@@ -80,7 +78,6 @@ def test_friction_and_damping_never_give_energy(kind: str, restitution: float, t
         assert kind == "planes" or inside(world, 0.12)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("friction", [0.0, 0.3])
 def test_free_pairs_keep_momenta(friction: float) -> None:
     for timestep in (5e-4, 1e-2):
@@ -104,7 +101,6 @@ def test_free_pairs_keep_momenta(friction: float) -> None:
             assert np.abs(world.momentum[1] - angular).max() < 1e-12 * max(np.linalg.norm(angular), 1e-3)
 
 
-@pytest.mark.heavy
 def test_spheres_get_no_spin_without_friction() -> None:
     for kind in ("sphere on edges", "free box"):
         world = scene(kind, 1, 2e-3, steel_pair(0.0))
@@ -122,7 +118,6 @@ def meeting(world, i, j):
     return meet(sa, body_at(w.bodies, sa.body), sb, body_at(w.bodies, sb.body))
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("other", ["capsule", "box"])
 def test_a_capsule_is_met_where_its_line_is_nearest(other: str) -> None:
     """Against a search; crowned by 1 or 2 thousandths of a radius, by 2 % on boxes, and both points are one.
@@ -155,7 +150,6 @@ def test_a_capsule_is_met_where_its_line_is_nearest(other: str) -> None:
     assert searched > 30
 
 
-@pytest.mark.heavy
 def test_a_capsule_rests_on_a_box_and_on_its_edge() -> None:
     """Flat on a box it lies on its ends; over an edge, on one end and its side."""
     for place, ends in ((0.0, 2), (0.042, 1)):
@@ -171,7 +165,6 @@ def test_a_capsule_rests_on_a_box_and_on_its_edge() -> None:
         assert world.asleep.all()
 
 
-@pytest.mark.heavy
 def test_a_large_slab_is_a_floor_and_costs_no_more_pairs() -> None:
     places = [(0.06 * i, 0.06 * j, 0.03) for i in range(6) for j in range(6)]
     made = balls(steel_pair(0.1, 0.5), places, 0.0, gravity=9.81, timestep=2e-3)
@@ -194,7 +187,6 @@ def with_tangent(place, timestep: float, pair) -> World:
     return made
 
 
-@pytest.mark.heavy
 def test_a_tangent_plane_that_is_placed_along_a_floor_is_the_floor() -> None:
     place = [0.0, 0.0, 0.026]
     made = with_tangent(place, 1e-3, steel_pair(0.2, 0.7))
@@ -207,7 +199,6 @@ def test_a_tangent_plane_that_is_placed_along_a_floor_is_the_floor() -> None:
     np.testing.assert_allclose(made.spin, true.spin, rtol=0.0, atol=1e-9)
 
 
-@pytest.mark.heavy
 def test_a_ball_stays_in_a_bowl_of_tangent_planes() -> None:
     """Their lag behind the curve feeds it, by an error of first order in the step."""
     gained = []
@@ -241,7 +232,6 @@ def test_bad_shapes_are_named(call, message: str) -> None:
     refuses(call, message)
 
 
-@pytest.mark.heavy
 def test_shapes_of_one_body_pass_each_other() -> None:
     world = World(timestep=1e-3)
     body = world.add_body(1.0, 1e-3, (0.0, 0.0, 0.02))

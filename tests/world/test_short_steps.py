@@ -25,7 +25,6 @@ def together(made: World, left: int = 5000) -> int:
     return steps_together(made.arrays.bound().world[0], made.timestep, left)
 
 
-@pytest.mark.heavy
 def test_steps_shorter_than_an_impact_are_made_together() -> None:
     made = rolling()
     assert 20 < together(made) < 4999  # up to 24 impacts
@@ -37,7 +36,6 @@ def test_steps_shorter_than_an_impact_are_made_together() -> None:
     assert together(made) == 1
 
 
-@pytest.mark.heavy
 def test_steps_made_together_move_balls_as_single_ones() -> None:
     ends = []
     for calls in (1, 200):
@@ -50,7 +48,6 @@ def test_steps_made_together_move_balls_as_single_ones() -> None:
     np.testing.assert_allclose(*ends, atol=1e-5)
 
 
-@pytest.mark.heavy
 def test_substeps_of_a_heap_are_as_long_as_its_present_impacts_allow() -> None:
     """Shortened by impacts to come, or kept because they are hardly too short, they were 9.8 us."""
     time, kicks = 0.0, 0.0

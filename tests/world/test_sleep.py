@@ -61,7 +61,6 @@ def test_what_it_rolls_against_wakes(speed: float) -> None:
     assert 0.8 * speed > world.velocity[0, 0] > world.velocity[1, 0] > 0.1 * speed
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("seed", [0, 2])
 def test_a_heap_sleeps_but_for_what_rolls_freely(seed: int) -> None:
     """In two seconds; a ball that rolls on the floor alone goes on for ever."""

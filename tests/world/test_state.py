@@ -84,7 +84,6 @@ def first_closed(make: Callable[[], World]) -> int:
     return 2
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("timestep", [2e-3, 1e-4, 1e-5])
 @pytest.mark.parametrize("restitution", [1.0, 0.8])
 @pytest.mark.parametrize("kind", [single, two])
@@ -94,7 +93,6 @@ def test_one_contact_goes_on_to_the_bit(kind, restitution: float, timestep: floa
     assert closed == 1 or timestep == 2e-3
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("timestep", [2e-3, 1e-4, 1e-5])
 @pytest.mark.parametrize("restitution", [1.0, 0.8])
 def test_eight_balls_go_on_to_the_bit(restitution: float, timestep: float) -> None:
@@ -104,7 +102,6 @@ def test_eight_balls_go_on_to_the_bit(restitution: float, timestep: float) -> No
     assert closed > 0
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("spin", [0.3, 3.0, 9.0, 30.0])
 def test_a_ball_that_pivots_in_implicit_steps_goes_on_to_the_bit(spin: float) -> None:
     """The tangent of its contact turns by up to some hundredths of a radian a step."""
@@ -116,7 +113,6 @@ def test_a_ball_that_pivots_in_implicit_steps_goes_on_to_the_bit(spin: float) ->
     assert goes_on(make, 40, 20)[0] == 1
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("first", range(0, 60, 20))
 def test_random_draws_go_on_to_the_bit(first: int) -> None:
     """In long steps, with near pairs listed at other times than in the original, often within a step."""
@@ -126,7 +122,6 @@ def test_random_draws_go_on_to_the_bit(first: int) -> None:
     assert closed > 0
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("by", ["row", "save"])
 def test_a_heap_set_back_at_any_step_goes_on_to_the_bit(by: str) -> None:
     """While it lands, lies and falls asleep; into a world that has done something else meanwhile."""
@@ -156,7 +151,6 @@ def test_a_heap_set_back_at_any_step_goes_on_to_the_bit(by: str) -> None:
             assert np.array_equal(row_of(other), kept[number][1]), (first, number)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("timestep", [2e-3, 1e-4])
 def test_sleepers_go_on_to_the_bit(timestep: float) -> None:
     """Three sleep, and a fourth comes and wakes one."""
@@ -175,7 +169,6 @@ def test_sleepers_go_on_to_the_bit(timestep: float) -> None:
     assert closed == 4 and asleep < 3
 
 
-@pytest.mark.heavy
 def test_a_sleeper_that_a_slow_roller_comes_to_goes_on_to_the_bit() -> None:
     """It sleeps on until it is touched, also where that is set back, and long implicit steps look ahead."""
 
@@ -188,7 +181,6 @@ def test_a_sleeper_that_a_slow_roller_comes_to_goes_on_to_the_bit() -> None:
     assert goes_on(make, 35, 40)[1] == 0
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize(("timestep", "steps", "draws"), [(1e-5, 200, 1), (2e-3, 40, 6)])
 @pytest.mark.parametrize("kind", ["crossing capsules", "capsule on edges", "free box"])
 def test_bodies_that_tumble_go_on_to_the_bit(kind: str, timestep: float, steps: int, draws: int) -> None:
@@ -197,7 +189,6 @@ def test_bodies_that_tumble_go_on_to_the_bit(kind: str, timestep: float, steps: 
         goes_on(lambda: scene(kind, draw, timestep, steel_pair(0.3, 0.8)), 37, steps)  # noqa: B023
 
 
-@pytest.mark.heavy
 def test_a_row_of_a_world_at_rest_is_zeros_and_too_little_room_is_told() -> None:
     world = eight(1e-5, 1.0)
     assert not row_of(world).any()

@@ -23,7 +23,6 @@ def wheel(damping: float, timestep: float, v: float = 5.0) -> World:
     return world
 
 
-@pytest.mark.heavy
 def test_damping_slows_a_wheel_as_its_equation_says() -> None:
     damping, wish, force = 0.2, 2.0, 0.1
     world = wheel(damping, 2e-3)
@@ -35,7 +34,6 @@ def test_damping_slows_a_wheel_as_its_equation_says() -> None:
     np.testing.assert_allclose(world.tree(0)[1][0], end + decayed, atol=1e-6)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("damping", [2.0, 20.0, 2000.0])
 def test_damping_that_is_stiff_neither_swings_nor_blows_up(damping: float) -> None:
     world = wheel(damping, 5e-3)
@@ -52,7 +50,6 @@ def test_damping_that_is_stiff_neither_swings_nor_blows_up(damping: float) -> No
     np.testing.assert_allclose(world.tree(0)[1][0], 3.0, rtol=1e-9)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize(("damping", "timestep"), [(1e5, 2e-3), (1e6, 2e-4), (1e8, 2e-3)])
 def test_a_lift_of_any_damping_sinks_as_its_load_says(damping: float, timestep: float) -> None:
     """It carries an arm whose far end comes to lie on the floor, which then bears half of the arm's weight."""
@@ -71,7 +68,6 @@ def test_a_lift_of_any_damping_sinks_as_its_load_says(damping: float, timestep: 
     assert damping * (start - world.tree(0)[0][0]) == pytest.approx(54.92, rel=2e-3)  # by steps of 0.1 ms
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("damping", [0.2, 0.5])
 def test_a_limb_that_damping_all_but_locks_does_not_shorten_the_substeps_of_an_impact(damping: float) -> None:
     """The impact lasts 10 ms, and damping stops the limb within 0.3 or 0.1 ms, a fifth of a substep."""
@@ -92,7 +88,6 @@ def test_a_limb_that_damping_all_but_locks_does_not_shorten_the_substeps_of_an_i
     assert speed == pytest.approx(exact, abs=1e-3)
 
 
-@pytest.mark.heavy
 def test_a_limb_that_comes_down_in_the_middle_of_an_impact_touches_in_time() -> None:
     """At first it is too far from the floor to be looked at in each substep."""
     world = World(gravity=0.0, timestep=5e-2)
@@ -109,7 +104,6 @@ def test_a_limb_that_comes_down_in_the_middle_of_an_impact_touches_in_time() -> 
     np.testing.assert_allclose(world.tree(0)[1], [0.489, -8.60], rtol=2e-3)
 
 
-@pytest.mark.heavy
 def test_an_impact_on_a_damped_joint_converges_with_substeps_squared() -> None:
     """Damping takes a third of the speed that the impact of 20 ms leaves."""
 
@@ -125,7 +119,6 @@ def test_an_impact_on_a_damped_joint_converges_with_substeps_squared() -> None:
     assert rebound(400) == pytest.approx(rebound(3200), abs=1e-5)
 
 
-@pytest.mark.heavy
 def test_the_bound_on_what_damping_does_to_a_tree_is_no_more_than_twice_that() -> None:
     """Its double substeps an impact of a robot with damped joints."""
     world = World(gravity=0.0, timestep=1e-6)
@@ -177,7 +170,6 @@ def creature(timestep: float, restitution: float = 1.0, gravity: float = 0.0) ->
     return world
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("timestep", [1e-3, 5e-3])
 def test_a_branching_tree_keeps_its_energy_between_two_planes(timestep: float) -> None:
     world = creature(timestep)
@@ -191,7 +183,6 @@ def test_a_branching_tree_keeps_its_energy_between_two_planes(timestep: float) -
     assert world.energy.total == pytest.approx(energy, rel=1e-5 * impacts)
 
 
-@pytest.mark.heavy
 def test_a_fast_limb_that_all_but_grazes_a_plane_keeps_its_energy() -> None:
     """So slowly does it come near that conservative advancement does not get there, and it is stepped towards."""
     world = creature(1e-6)
@@ -210,7 +201,6 @@ def test_a_fast_limb_that_all_but_grazes_a_plane_keeps_its_energy() -> None:
     assert world.energy.total == pytest.approx(energy, rel=1e-5)
 
 
-@pytest.mark.heavy
 def test_an_arm_that_lies_sleeps_until_it_is_pulled_or_hit() -> None:
     world = arm_over_floor(0.03, 0.1, timestep=2e-3)
     mass = mass_of(RADIUS)
@@ -234,7 +224,6 @@ def test_an_arm_that_lies_sleeps_until_it_is_pulled_or_hit() -> None:
     assert not world.asleep[0] and world.arrays.world["kicks"][0] > kicks
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize(("change", "sleeps"), [(4e-15, True), (1e-10, False)])
 def test_an_arm_is_not_woken_by_the_rounding_of_the_forces_on_it(change: float, sleeps: bool) -> None:
     world = arm_over_floor(0.03, 0.1, timestep=2e-3)
@@ -250,7 +239,6 @@ def test_an_arm_is_not_woken_by_the_rounding_of_the_forces_on_it(change: float, 
     assert (world.arrays.world["implicit"][0] == before) == sleeps
 
 
-@pytest.mark.heavy
 def test_limbs_that_lie_on_the_floor_come_to_rest() -> None:
     world = creature(2e-3, restitution=0.2, gravity=9.81)
     damping, axes = numbers(world.arrays, 0, "d"), numbers(world.arrays, 0, "axes").view(AXIS)
@@ -279,7 +267,6 @@ def test_bad_trees_are_named(parts: list[Part], message: str) -> None:
         Tree(parts)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("timestep", [2.5e-4, 5e-4, 1e-3, 2e-3, 4e-3])
 def test_what_swings_on_a_sled_that_slides_keeps_its_amplitude(timestep: float) -> None:
     """The sled is slowed by mu g, so that a plumb line on it hangs at atan mu; it turns by 0.17 rad in a long step."""
@@ -297,7 +284,6 @@ def test_what_swings_on_a_sled_that_slides_keeps_its_amplitude(timestep: float) 
     assert 0.5 * np.ptp(last) == pytest.approx(angle + np.arctan(mu), rel=3e-3)
 
 
-@pytest.mark.heavy
 def test_a_tree_that_swings_on_a_sled_converges_by_the_second_order_of_the_step() -> None:
     """A double pendulum, 0.8 and 0.3 rad from the vertical; masses and centripetal terms change within the steps."""
 
@@ -317,7 +303,6 @@ def test_a_tree_that_swings_on_a_sled_converges_by_the_second_order_of_the_step(
     assert errors[1] / errors[0] == pytest.approx(4.0, rel=0.15) == errors[2] / errors[1]
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("timestep", [1e-3, 4e-3])
 def test_a_swing_that_carries_a_box_keeps_its_energy(timestep: float) -> None:
     """A compound pendulum of 0.5 rad: its rate where it is after 2 s, by the energy that it had at rest."""

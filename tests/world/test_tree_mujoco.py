@@ -14,7 +14,6 @@ from contactlaw.world.trees.tree_records import coordinates, numbers
 from tests.world.jointed_models import made_of, random_model, random_state, tree_of
 from tests.world.jointed_scenes import mass_matrix
 
-pytestmark = pytest.mark.heavy
 SEEDS = range(40)
 
 

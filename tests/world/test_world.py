@@ -138,7 +138,6 @@ def test_what_would_change_nothing_is_refused() -> None:
         world.timestep = 0
 
 
-@pytest.mark.heavy
 def test_a_ball_at_rest_is_still_to_the_bit_and_costs_nothing() -> None:
     made = resting()
     before = made.save()
@@ -152,7 +151,6 @@ def test_a_ball_at_rest_is_still_to_the_bit_and_costs_nothing() -> None:
     assert made.contacts["force"][0] == pytest.approx([0.0, 0.0, WEIGHT], rel=1e-5, abs=1e-12)
 
 
-@pytest.mark.heavy
 def test_what_sleeps_wakes_when_it_is_hit_or_given_a_motion() -> None:
     made = resting()
     other = made.add_body(0.1, 1e-5, (0.06, 0.0, RADIUS), (-1.0, 0.0, 0.0))
@@ -165,7 +163,6 @@ def test_what_sleeps_wakes_when_it_is_hit_or_given_a_motion() -> None:
     assert made.position[0, 2] > RADIUS + 0.015
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("timestep", [2e-4, 2e-3])
 def test_a_force_rolls_a_sleeping_ball_away_until_it_is_taken_off(timestep: float) -> None:
     """At its centre it gives a ball that rolls 5/7 F/m; a torque M about the axis of rolling 5/7 M/(m R)."""
@@ -206,7 +203,6 @@ def test_a_box_that_is_pushed_within_friction_stands_and_sleeps() -> None:
     assert made.contacts["force"].sum(0) == pytest.approx([-0.4 * mass * 9.81, 0.0, mass * 9.81], rel=1e-5, abs=1e-6)
 
 
-@pytest.mark.heavy
 def test_saved_in_mid_contact_it_goes_on_to_the_bit() -> None:
     made = balls(steel_pair(restitution=0.9), [[0.0, 0.0, RADIUS + 1e-4]], [0.3, 0.0, -1.0], planes=[FLOOR],
                  timestep=1e-5)  # fmt: skip
@@ -217,7 +213,6 @@ def test_saved_in_mid_contact_it_goes_on_to_the_bit() -> None:
     assert made.time == pytest.approx(35e-5)
 
 
-@pytest.mark.heavy
 def test_the_ledger_of_an_impact_balances() -> None:
     made = balls(steel_pair(restitution=0.8), [[0.0, 0.0, RADIUS + 5e-4]], [0.3, 0.0, -1.0], planes=[FLOOR],
                  timestep=1e-3)  # fmt: skip
@@ -233,7 +228,6 @@ def test_the_ledger_of_an_impact_balances() -> None:
     assert not row["closed"] and row["touches"] == 1 and tuple(row["bodies"]) == (0, -1)
 
 
-@pytest.mark.heavy
 def test_a_body_of_infinite_mass_goes_its_way() -> None:
     made = World(timestep=1e-3)
     heavy = np.float32(inf)  # of any kind of float
@@ -246,7 +240,6 @@ def test_a_body_of_infinite_mass_goes_its_way() -> None:
     assert made.velocity[1, 2] == pytest.approx(2.0 - 9.81 * 3e-3, abs=2e-3)
 
 
-@pytest.mark.heavy
 def test_a_ball_put_into_the_floor_leaves_with_what_it_holds() -> None:
     """The elastic energy of its overlap, 2/5 P delta."""
     made = balls(steel_pair(), [[0.0, 0.0, RADIUS - 1e-4]], 0.0, planes=[FLOOR], timestep=1e-3)
@@ -255,7 +248,6 @@ def test_a_ball_put_into_the_floor_leaves_with_what_it_holds() -> None:
     assert made.energy.total == pytest.approx(stored, rel=1e-3)
 
 
-@pytest.mark.heavy
 def test_the_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
     lines = (World.__doc__ or "").splitlines()
     first = next(i for i, line in enumerate(lines) if "from contactlaw import" in line)
@@ -265,7 +257,6 @@ def test_the_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
     assert 0.02 < height < 0.3
 
 
-@pytest.mark.heavy
 def test_the_later_rule_holds_and_shapes_without_one_pass() -> None:
     made = balls(steel_pair(restitution=0.9), [[0.0, 0.0, 0.03], [1.0, 0.0, 0.03]], 0.0, planes=[FLOOR], gravity=9.81)
     made.add_contact(2, 0, steel_pair(restitution=0.5))

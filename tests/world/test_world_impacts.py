@@ -54,7 +54,6 @@ def reference(chi: float, restitution: float) -> np.ndarray:
 CACHE: dict[float, np.ndarray] = {}
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("restitution", [1.0, 0.9, 0.5])
 @pytest.mark.parametrize(
     ("steps", "phase"), [(24.0, 0.1), (24.0, 0.8), (2.5, 0.3), (1.1, 0.6), (0.3, 0.2), (0.02, 0.5)]
@@ -65,7 +64,6 @@ def test_psi_2_at_any_step_and_phase(restitution: float, steps: float, phase: fl
     assert along < (4e-6 if restitution == 1.0 else 5e-5)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("restitution", [0.9, 0.5, 0.2])
 @pytest.mark.parametrize(("steps", "phase"), [(24.0, 0.1), (2.5, 0.3), (1.1, 0.6), (0.3, 0.2), (0.02, 0.9)])
 def test_a_damped_bounce_that_does_not_slide_needs_fewer_substeps(
@@ -83,20 +81,17 @@ def kicks(psi: float, restitution: float, steps: float, phase: float) -> float:
     return bounce(psi, restitution, steps, phase)[0].arrays.world["kicks"][0]
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("restitution", [1.0, 0.5])
 def test_psi_2_of_fine_nodes(restitution: float) -> None:
     assert errors(restitution, 24.0, 0.4, nodes=64, substeps=200.0)[0] < 1e-4
 
 
-@pytest.mark.heavy
 def test_a_whole_impact_converges_with_the_substeps() -> None:
     """Restitution of a damped impact: its loss and the ends are exact to third order nearly."""
     for count in (50.0, 100.0, 200.0, 400.0):
         assert impact(0.5, 0.7, 24.0, 0.4, substeps=count)[1] == pytest.approx(0.7, abs=5e-5 * (50.0 / count) ** 2.5)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("law", ["coulomb", "linear_spring", "mindlin", "mindlin_rescaled", "microslip"])
 def test_every_law_runs_without_compiling_the_world_anew(law: str) -> None:
     from contactlaw.world.step import step
@@ -170,7 +165,6 @@ def test_a_body_that_lands_on_two_feet_rebounds_alike_at_any_step(inertia: float
             assert rebound(step, share * step) == pytest.approx(wanted, abs=1e-3)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("law", ["microslip", "mindlin"])
 @pytest.mark.parametrize("restitution", [0.5, 0.9])
 def test_a_slow_impact_on_a_wall_is_as_exact_as_a_fast_one(law: str, restitution: float) -> None:
@@ -193,7 +187,6 @@ def test_a_slow_impact_on_a_wall_is_as_exact_as_a_fast_one(law: str, restitution
     assert world.velocity[ball, 2] == pytest.approx(restitution * speed, rel=1e-3)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("step", [1e-5, 5e-3])
 def test_a_rod_that_friction_jams_is_thrown_alike_at_any_step(step: float) -> None:
     """Painleve's: laid on the floor with friction 2 it slides, is pressed on, and leaves; by substeps of 0.1 us.

@@ -19,7 +19,6 @@ from tests.world.world_scenes import (
 )
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("timestep", [1.0 / 60.0, 1.0 / 240.0, 2e-3, 1e-4, 1e-5])
 def test_two_spinning_balls_keep_their_momenta(timestep: float) -> None:
     rng = np.random.default_rng(3)
@@ -36,7 +35,6 @@ def test_two_spinning_balls_keep_their_momenta(timestep: float) -> None:
         assert np.abs(made.momentum[1] - angular).max() < 1e-14 * size * 2.0 * RADIUS
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("gap", [1e-4, 1e-2])
 @pytest.mark.parametrize("speed", [0.1, 3.0])
 @pytest.mark.parametrize("timestep", [1e-4, 1e-2])
@@ -50,7 +48,6 @@ def test_a_rattling_ball_keeps_its_speed(gap: float, speed: float, timestep: flo
     assert made.energy.total == pytest.approx(first, rel=6e-6 * impacts)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("timestep", [2e-3, 2e-4, 1e-5])
 def test_a_column_of_twenty_keeps_its_energy(timestep: float) -> None:
     made = column(20, 1e-4, timestep)
@@ -59,7 +56,6 @@ def test_a_column_of_twenty_keeps_its_energy(timestep: float) -> None:
     assert made.energy.total == pytest.approx(first, rel=1e-3)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("timestep", [2e-3, 1e-4])
 def test_a_break_of_frictionless_balls_has_no_spin(timestep: float) -> None:
     """And its velocities are those of substeps a quarter as long to 0.1 % of the cue ball's."""
@@ -73,7 +69,6 @@ def test_a_break_of_frictionless_balls_has_no_spin(timestep: float) -> None:
     assert np.abs(made.velocity - fine.velocity).max() < 1e-3 * 8.0
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("kind", ["capsule", "dumbbell", "box"])
 @pytest.mark.parametrize("timestep", [pytest.param(5e-4, marks=pytest.mark.slow), 2e-3, 1e-2])
 def test_tumbling_bodies_gain_no_energy(kind: str, timestep: float) -> None:
@@ -91,7 +86,6 @@ def test_tumbling_bodies_gain_no_energy(kind: str, timestep: float) -> None:
             assert made.energy.total == pytest.approx(first, rel=1e-3)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize(("friction", "restitution"), [(0.0, 0.95), (0.06, 1.0), (0.06, 0.95)])
 def test_a_break_is_that_of_an_independent_integration(friction: float, restitution: float) -> None:
     """To 0.2 % of the cue ball's 8 m/s, at steps of 2 ms."""

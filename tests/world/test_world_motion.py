@@ -19,7 +19,6 @@ def tumbling(timestep: float, spin=(1.0, 30.0, 0.5)) -> World:
     return world
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("timestep", [1e-3, 1e-2])
 def test_tumbling_keeps_energy_and_momentum_to_rounding(timestep: float) -> None:
     world = tumbling(timestep)
@@ -33,7 +32,6 @@ def test_tumbling_keeps_energy_and_momentum_to_rounding(timestep: float) -> None
     np.testing.assert_allclose(world.momentum[1], momentum, atol=1e-12 * np.linalg.norm(momentum))
 
 
-@pytest.mark.heavy
 def test_tumbling_is_of_second_order() -> None:
     ends = []
     for timestep in (4e-3, 2e-3, 1e-3, 2.5e-5):
@@ -45,7 +43,6 @@ def test_tumbling_is_of_second_order() -> None:
     assert found[-1] < 1e-4
 
 
-@pytest.mark.heavy
 def test_a_full_inertia_is_that_of_its_principal_axes() -> None:
     turn = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
     full, plain = World(gravity=0.0), World(gravity=0.0)
@@ -65,7 +62,6 @@ def _turned(full: World, turn: np.ndarray, plain: World) -> np.ndarray:
     return q * np.sign(q @ full.quaternion[0])
 
 
-@pytest.mark.heavy
 def test_a_ball_between_plates_that_are_bodies_keeps_all_momentum() -> None:
     """Two plates, planes on bodies of their own, close on a ball; without friction, elastic."""
     world = World(gravity=0.0, timestep=1e-3)
@@ -87,7 +83,6 @@ def test_a_ball_between_plates_that_are_bodies_keeps_all_momentum() -> None:
     assert 0.9 * energy < world.energy.total < energy * (1.0 + 1e-5)
 
 
-@pytest.mark.heavy
 def test_near_pairs_hold_all_that_touch() -> None:
     """Balls of three sizes in a box, against a search through all pairs; nobody is found closed too late."""
     rng = np.random.default_rng(5)

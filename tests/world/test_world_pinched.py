@@ -48,7 +48,6 @@ def largest_gain(trial: Trial) -> float:
     return worst
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize(("row", "column", "number"), [(1, 2, 119), (2, 0, 103), (2, 3, 105)])
 def test_a_light_ball_pinched_by_a_heavy_one_gains_nothing(row: int, column: int, number: int) -> None:
     trial = drawn(row, column, number)
@@ -56,7 +55,6 @@ def test_a_light_ball_pinched_by_a_heavy_one_gains_nothing(row: int, column: int
     assert largest_gain(trial) < 0.0
 
 
-@pytest.mark.heavy
 def test_no_cell_of_the_map_gains() -> None:
     gains = [largest_gain(trial) for row, column in product(range(len(ROWS)), range(len(COLUMNS)))
              for trial in [drawn(row, column, 100 + (row + column) % 2)] if trial is not None]  # fmt: skip

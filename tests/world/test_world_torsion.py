@@ -149,7 +149,6 @@ def test_two_spinning_balls_keep_their_momenta(resistance: float, restitution: f
     assert resistance > 0.0 or change[0, 0] - change[1, 0] < 0.0
 
 
-@pytest.mark.heavy
 def test_a_heap_of_balls_comes_to_rest() -> None:
     """Eight steel balls fall into a box: all sleep in the end, but those that roll freely on the floor."""
     rng = np.random.default_rng(0)

@@ -13,7 +13,6 @@ from tests.world.jointed_scenes import TIP, arm_over_floor, pendulum, pendulum_b
 from tests.world.world_scenes import FLOOR, RADIUS, mass_of, steel_pair
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("timestep", [2e-3, 5e-3, 1e-2])
 def test_a_pendulum_keeps_its_energy_when_its_tip_strikes(timestep: float) -> None:
     """Over its energy above rest, elastic, without friction; what an impact leaves goes with substeps squared."""
@@ -38,7 +37,6 @@ def test_a_pendulum_keeps_its_energy_when_its_tip_strikes(timestep: float) -> No
         assert world.arrays.world["late"][0] == 0
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("restitution", [0.02, 0.1, 0.5, 1.0])
 @pytest.mark.parametrize("timestep", [2e-3, 5e-3, 1e-2])
 def test_an_arm_that_falls_stays_down(restitution: float, timestep: float) -> None:
@@ -71,7 +69,6 @@ def ball(tree: bool, timestep: float, at=(0.0, 0.0, 0.0)) -> World:
     return world
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("at", [(0.0, 0.0, 0.0), (0.004, 0.002, -0.003)])
 def test_a_free_body_is_a_tree_of_six(at) -> None:
     """Windows of one length, those of short steps: a schedule of its own moves impacts by what substeps leave."""
@@ -86,7 +83,6 @@ def test_a_free_body_is_a_tree_of_six(at) -> None:
     np.testing.assert_allclose(tree.quaternion, free.quaternion, atol=1e-9)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("timestep", [2e-3, 1e-5])
 def test_a_chain_that_hits_a_ball_keeps_linear_momentum(timestep: float) -> None:
     """A free chain of two bodies strikes a free ball, with friction: to what its mass matrix is held for."""
@@ -108,7 +104,6 @@ def test_a_chain_that_hits_a_ball_keeps_linear_momentum(timestep: float) -> None
     assert 0.5 * energy < world.energy.total < energy * (1.0 + 1e-5)
 
 
-@pytest.mark.heavy
 def test_saved_in_mid_contact_a_tree_goes_on_to_the_bit() -> None:
     world = arm_over_floor(0.03, 0.9, timestep=1e-5)
     while world.contacts.size == 0 or not world.contacts["closed"].any():
@@ -121,7 +116,6 @@ def test_saved_in_mid_contact_a_tree_goes_on_to_the_bit() -> None:
     np.testing.assert_array_equal(ends[0], ends[1])
 
 
-@pytest.mark.heavy
 def test_two_bodies_of_a_tree_may_touch_each_other() -> None:
     """A jack-knife of two arms without gravity: ball strikes ball, elastic, again and again."""
     links = [
@@ -138,7 +132,6 @@ def test_two_bodies_of_a_tree_may_touch_each_other() -> None:
     assert world.energy.total == pytest.approx(energy, rel=5e-5)
 
 
-@pytest.mark.heavy
 def test_an_arm_on_a_turntable_lands_alike_however_fast_that_turns() -> None:
     """The centre of mass is on the axis. At 3.4 rad a step a turntable needs ten substeps of a step, and no more."""
     soft = ContactPair(Material(2e5, 0.45), Material(2e5, 0.45), 0.0, 0.5)
@@ -158,7 +151,6 @@ def test_an_arm_on_a_turntable_lands_alike_however_fast_that_turns() -> None:
     assert kicks[1] < 11 * 100
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize(("timestep", "error"), [(1e-3, 2e-5), (5e-3, 2e-4)])
 def test_a_scotch_yoke_turns_as_its_inertias_say(timestep: float, error: float) -> None:
     """The pin of a balanced crank just touches both faces of the slot: at first no centre of mass accelerates, and the
