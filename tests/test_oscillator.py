@@ -121,15 +121,6 @@ def test_contact_ends_where_the_force_vanishes(zeta: float) -> None:
     assert v == pytest.approx(-oscillator.restitution(zeta), rel=1e-9)
 
 
-@given(st.sampled_from(DAMPING), st.floats(0.0, 1.0))
-def test_phase_of_velocity_inverts_the_velocity(zeta: float, share: float) -> None:
-    end = oscillator.restitution(zeta)
-    v = -end + share * (1.0 + end)
-    theta = oscillator.phase_of_velocity(v, zeta)
-    assert 0.0 <= theta <= oscillator.end_phase(zeta)
-    assert oscillator.phase_point(theta, zeta)[1] == pytest.approx(v, abs=1e-9)
-
-
 @pytest.mark.parametrize("zeta", [0.0, 0.1, 0.5, 2.0])
 @pytest.mark.parametrize(
     "ends",

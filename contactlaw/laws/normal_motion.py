@@ -3,8 +3,7 @@
 An impact then obeys delta'' = -P and psi' = -2 chi F/mu. The normal motion does not depend on the tangential one.
 Therefore it is tabulated once, in closed form (`oscillator`), at equal phases theta, and shared by all impacts; each
 step then integrates the tangential springs alone. psi advances by the exact normal impulse of a step times the
-mobilised share F/(mu P). So gross slip is exact, and so is its end: sliding ends when psi has fallen to the closing
-velocity, as all points of a sliding contact move together (Maw, Barber & Fawcett 1976, appendix).
+mobilised share F/(mu P). So gross slip is exact.
 """
 
 from functools import lru_cache
@@ -15,7 +14,7 @@ import numpy as np
 
 from contactlaw.jit import jit
 from contactlaw.laws.base import Array
-from contactlaw.laws.oscillator import end_phase, phase_of_velocity, phase_point
+from contactlaw.laws.oscillator import end_phase, phase_point
 from contactlaw.laws.record import record
 
 SQRT_5_4 = sqrt(1.25)
@@ -110,18 +109,3 @@ def duration(zeta: float) -> float:
         y = np.exp(-zeta * theta) * np.real(np.sin(omega * theta) / omega)
         total += weights @ (1.25 * end * s**4 * y**-0.2)
     return float(TIME_PER_PHASE * total)
-
-
-@jit
-def first_stick(psi_1, chi, zeta, theta, held):
-    """Phase and step at which an impact that starts sliding begins to stick; psi there, and v midway to the step's end.
-
-    The contact slides while psi exceeds the closing speed v, or held v once the bodies separate: a spring on its limit
-    must follow the fall of P, except for the share 1 - held that its own rescaling gives up.
-    """
-    share = 1.0 if psi_1 <= 2.0 * chi else held
-    v = (2.0 * chi - psi_1) / (2.0 * chi - share)
-    phase = phase_of_velocity(v, zeta)
-    k = min(int(phase / theta[1]), theta.size - 2)
-    _, v_mid = phase_point(0.5 * (phase + theta[k + 1]), zeta)
-    return phase, k, share * v, v_mid

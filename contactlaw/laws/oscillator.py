@@ -6,7 +6,7 @@ The contact ends when its force y + 2 zeta v falls to zero, at theta = 2 acos(ze
 the linear spring and dashpot by Schwager & Poeschel, Granular Matter 9 (2007) 465); there v = -exp(-zeta theta).
 """
 
-from math import acos, acosh, cos, cosh, exp, pi, sin, sinh, sqrt
+from math import acos, acosh, cos, cosh, exp, sin, sinh, sqrt
 
 from contactlaw.jit import jit_module
 
@@ -52,26 +52,6 @@ def phase_point(theta, zeta):
         s, c = sinh(omega * theta) / omega, cosh(omega * theta)
     fade = exp(-zeta * theta)
     return fade * s, fade * (c - zeta * s)
-
-
-def phase_of_velocity(v, zeta):
-    """Phase at which the normal velocity has fallen to v, between 1 and minus the restitution."""
-    if zeta == 0.0:
-        return acos(v)
-    low, high = 0.0, end_phase(zeta)
-    theta = min(acos(max(min(v, 1.0), -1.0)) * high / pi, 0.999 * high)
-    for _ in range(60):
-        y, w = phase_point(theta, zeta)
-        if w > v:
-            low = theta
-        else:
-            high = theta
-        newton = theta + (w - v) / (y + 2.0 * zeta * w)
-        following = newton if low < newton < high else 0.5 * (low + high)
-        if abs(following - theta) < 1e-14:
-            return following
-        theta = following
-    return theta
 
 
 jit_module(__name__)

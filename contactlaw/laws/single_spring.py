@@ -72,4 +72,4 @@ class SingleSpring(Law):
 
     def impacts(self, zeta: float, steps: int) -> Impacts:
         """Integrate the same spring in scaled variables."""
-        return impacts(zeta, steps, linear=self.linear, held=1.0 - RESCALED if self.rescaled else 1.0)
+        return impacts(zeta, steps, linear=self.linear, rescaled=self.rescaled)
