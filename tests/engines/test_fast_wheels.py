@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from mujoco_scenes import mujoco
+from test_clearance import head_of
 
 from contactlaw import ContactPair
 from contactlaw.mujoco_plugin import load_model
-from tests.engines.test_clearance import head_of
 
 RADIUS, TORQUE = 0.05, 0.02
 WHEEL = """<body pos="{} {} 0"><joint name="j{}" axis="0 1 0"/>
