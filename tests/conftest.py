@@ -14,7 +14,7 @@ settings.load_profile("contactlaw")
 
 WORLDS = ("engines", "golden", "scenes", "world")  # folders whose tests run the kernels of worlds
 # worlds are for compiled code alone
-collect_ignore_glob = ["engines/*.py", "world/*.py"] if numba.config.DISABLE_JIT else []
+collect_ignore_glob = [f"{folder}/*.py" for folder in ("engines", "scenes", "world") if numba.config.DISABLE_JIT]
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

@@ -21,8 +21,6 @@ from sims.scene import Limit, Settings, find_scenes
 SCENES = find_scenes()
 BOUNCE_KEYS = ["time", "x", "psi1", "psi2", "psi2_reference", "spin_before", "spin_after", "energy"]
 
-pytestmark = pytest.mark.heavy
-
 
 def test_the_scenes_are_listed():
     assert "puck" in CliRunner().invoke(app, ["list"]).stdout

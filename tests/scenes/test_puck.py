@@ -18,8 +18,6 @@ KEYS = [
     "psi2_reference", "energy_ratio", "wall_time",
 ]  # fmt: skip
 
-pytestmark = pytest.mark.heavy
-
 
 @pytest.mark.parametrize("material", SURFACES)
 @pytest.mark.parametrize("launch", LAUNCHES)

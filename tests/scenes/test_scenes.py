@@ -6,7 +6,6 @@ from functools import cache
 from types import SimpleNamespace
 from typing import Any
 
-import numba
 import numpy as np
 import pytest
 import typer.testing
@@ -25,14 +24,10 @@ SCENES = find_scenes()
 runner: Any = typer.testing
 runner._get_command = cache(runner._get_command)  # else each call makes the commands of all scenes anew
 
-pytestmark = pytest.mark.heavy
-
 
 def measured(name, engine, law=None, timestep=None, **options):
     if engine != NONE:
         pytest.importorskip(engine)
-    if engine == "mujoco" and numba.config.DISABLE_JIT:
-        pytest.skip("the MuJoCo plugin needs compiled callbacks")
     scene = SCENES[name]
     if engine not in scene.engines:
         pytest.skip(scene.unable.get(engine, "has more than balls and planes"))

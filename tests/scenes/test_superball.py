@@ -17,8 +17,6 @@ from validation.reference.annulus import rebound_extrapolated
 
 SCENES = find_scenes()
 
-pytestmark = pytest.mark.heavy
-
 
 @pytest.mark.parametrize("timestep", [None, 1e-4, 1 / 60])
 def test_a_superball_comes_back_bounce_after_bounce(engine, timestep):

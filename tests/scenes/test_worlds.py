@@ -16,8 +16,6 @@ from sims.worlds.parts import matrix_to_quaternion, onto
 
 SCENES = find_scenes()
 
-pytestmark = pytest.mark.heavy
-
 
 def test_a_recording_is_kept(tmp_path):
     recording = SCENES["under_table"].run(Settings("pybullet"))
