@@ -238,12 +238,15 @@ def read_accelerations(head, w):
     for k in range(head.moving):
         r, b = rows.row_at(head.rows, k), body_at(w.bodies, k + 1)
         r.disturbed = 0
-        read, old, older = rows.twist_at(head.velocities, k), load(r.before.velocity), load(r.before.spin)
-        v, u = load(read.velocity), load(read.spin)
+        read = rows.twist_at(head.velocities, k)
+        store(r.after.velocity, load(read.velocity))
+        store(r.after.spin, load(read.spin))
+        v, old = load(r.after.velocity), load(r.before.velocity)
+        u, older = load(r.after.spin), load(r.before.spin)
         if not isfinite(dot(v, v) + dot(u, u)):
             head.bad = k
             return False
-        rows.fly(r, v, u, dt)
+        rows.fly(r, dt)
         gained = sub(sub(v, old), scale(dt, axpy(1.0 / r.mass, load(r.force), gravity)))
         speeds = norm(v) + norm(old) + dt * (norm(gravity) + norm(load(r.force)) / r.mass)
         store(b.acceleration, gravity)

@@ -105,16 +105,14 @@ def store_turn(m, turn):
     m.quaternion[3], m.quaternion[0], m.quaternion[1], m.quaternion[2] = turn
 
 
-def fly(r, velocity, spin, dt):
-    """Set the motion of a body after Bullet's step, by its velocity and spin after it.
+def fly(r, dt):
+    """Set the pose of a body after Bullet's step.
 
-    They move it, and turn it by MOST_TURN at most: `integrateTransform` of Bullet's btTransformUtil, and
-    `stepPositionsMultiDof` of its btMultiBody.
+    Its velocity after the step moves it, and turns it by MOST_TURN at most: `integrateTransform` of Bullet's
+    btTransformUtil, and `stepPositionsMultiDof` of its btMultiBody.
     """
-    store(r.after.velocity, velocity)
-    store(r.after.spin, spin)
-    store(r.after.position, axpy(dt, velocity, load(r.before.position)))
-    store_turn(r.after, product(turn_in(dt, spin), quaternion_of(r.before)))
+    store(r.after.position, axpy(dt, load(r.after.velocity), load(r.before.position)))
+    store_turn(r.after, product(turn_in(dt, load(r.after.spin)), quaternion_of(r.before)))
 
 
 def turn_in(dt, spin):
