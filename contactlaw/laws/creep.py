@@ -33,9 +33,10 @@ def losses(contact, modulus, area, slender, spins):
 
     area: a b/c^2. Other arguments: as for `strained`.
     """
-    nu = 2.0 - 4.0 * modulus * contact.share / contact.g_star
+    stiff = contact.g_star / (modulus * contact.share)  # 4/(2 - nu), unless the pair has a stiffness ratio of its own
+    nu = min(max(2.0 - 4.0 / stiff, 0.0), 0.5)
     along, across = kalker.compliances(slender, nu)
-    stuck, twist = 4.0 / ((2.0 - nu) * area), 8.0 / 3.0
+    stuck, twist = stiff / area, 8.0 / 3.0
     if not spins:
         return stuck * along, stuck * across, 0.0, 0.0, 0.0
     camber, turning = kalker.of_spin(nu)

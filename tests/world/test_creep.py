@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import log, pi, sqrt
+from typing import Any
 
 import numpy as np
 import pytest
@@ -55,14 +56,14 @@ def test_half_axes_are_those_of_hertz(curved: float) -> None:
     assert half_axes(-log(ratio)) == pytest.approx((1.0 / circle, ratio / circle), rel=1e-7)
 
 
-def wheel(timestep: float, width: float, pushed: tuple[float, float], law: str = "microslip") -> World:
+def wheel(timestep: float, width: float, pushed: tuple[float, float], **other: Any) -> World:
     """An ellipsoid that rolls along x at 0.5 m/s on a hinge, held upright by slides; pushed along them [m/s^2]."""
     world = World(gravity=(*pushed, -WEIGHT / MASS), timestep=timestep)
     slides = [Joint("slide", axis=axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]
     part = Part(MASS, 0.4 * MASS * RADIUS**2, [*slides, Joint(axis=(0.0, 1.0, 0.0))], position=(0.0, 0.0, RADIUS))
     _, (body,) = world.add_tree(Tree([part]))
     shape = world.add_ellipsoid(body, (RADIUS, width, RADIUS))
-    world.add_contact(shape, world.add_plane(None, *FLOOR), ContactPair(STEEL, STEEL, 0.3, 0.5, law=law))
+    world.add_contact(shape, world.add_plane(None, *FLOOR), ContactPair(STEEL, STEEL, 0.3, 0.5, **other))
     world.place_tree(0, [0.0] * 4, [0.5, 0.0, 0.0, 0.5 / RADIUS])
     return world
 
@@ -91,9 +92,10 @@ def test_a_wheel_creeps_as_it_is_pushed(timestep: float, width: float, across: b
     assert world.arrays.world["implicit"][0] > 0.9 * round(0.1 / timestep)
 
 
-@pytest.mark.parametrize("law", ["mindlin", "linear_spring"])
-def test_other_laws_creep_alike(law: str) -> None:
-    worlds = [wheel(2e-3, RADIUS, (1.0, 0.0), one) for one in ("microslip", law)]
+@pytest.mark.parametrize("other", [{"law": "mindlin"}, {"law": "linear_spring"}, {"stiffness_ratio": 0.7}])
+def test_other_laws_creep_alike(other: dict[str, Any]) -> None:
+    """And with a measured ratio of stiffnesses: creep does not depend on the stiffness of what sticks."""
+    worlds = [wheel(2e-3, RADIUS, (1.0, 0.0), **one) for one in ({}, other)]
     slips = []
     for world in worlds:
         world.step(100)
@@ -139,3 +141,11 @@ def test_what_rolls_to_and_fro_within_its_contact_does_not_creep() -> None:
         lost.append((radius * angle / sqrt(touch["radius"] * touch["overlap"]), rolled))
     assert lost[0][0] < 1.0 and lost[0][1] == 0.0
     assert lost[1][0] > 1.0 and lost[1][1] > 0.0
+
+
+@pytest.mark.parametrize("ratio", [0.1, 5.0])
+def test_any_ratio_of_stiffnesses_loses_energy(ratio: float) -> None:
+    world = wheel(2e-3, 2.0 * RADIUS, (0.0, 1.0), stiffness_ratio=ratio)
+    world.step(50)
+    _, (u, v, _, spin) = world.tree(0)
+    assert 0.0 < v < 1e-4 * u and abs(u - RADIUS * spin) < 1e-6 * u
