@@ -37,7 +37,7 @@ def share_along(length):
 
 @jit_inline
 def elongation(length):
-    """ln(a/b) of the half axes a >= b, as a function of ln(q/p) as above: a fit within 4e-4 of itself for the same."""
+    """ln(a/b) of the half axes a >= b as a function of length = ln(q/p), as above: a fit within 1.3e-3 up to 1e5."""
     return length * (0.5 + 1.0 / 6.0 * (1.0 + 0.05815733 * length * length) ** -0.30928258)
 
 
