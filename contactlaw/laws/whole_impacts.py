@@ -10,7 +10,7 @@ no error.
 """
 
 from functools import partial
-from math import sqrt
+from math import copysign, sqrt
 
 import numpy as np
 
@@ -37,7 +37,10 @@ def impacts(
     motion = normal_motion(zeta, steps, linear)
     span = sqrt(motion.deepest)
     springs = (span * x) ** 2, 1.5 * span * w, linear, rescaled  # the weights include 2 E* = 3/2
-    return partial(rebound, (motion.v_mid, motion.step, motion.speed[-1]), table(motion.delta, springs))
+    held = (
+        2.0 / 3.0 if rescaled else 1.0
+    )  # of the fall of P, that a sliding spring follows: rescaling gives up the rest
+    return partial(rebound, (motion.v_mid, motion.step, motion.speed[-1], held), table(motion.delta, springs))
 
 
 @jit
@@ -87,12 +90,12 @@ def gains(springs, before, overlap, gain_out):
 
 
 def rebound(motion, rows, psi_1, chi, psi_2_out):
-    """psi_2 of whole impacts, arrays (n,). motion: v_mid and step of `Motion`, v at the end. rows: of `table`.
+    """psi_2 of whole impacts, arrays (n,). motion: v_mid and step of `Motion`, v at the end, held. rows: of `table`.
 
     The loop over lanes is inside that over steps: the steps of one lane depend on each other, those of different lanes
     do not, so the processor overlaps them.
     """
-    (v_mid, dt, v_end), (gain, cap, part), many = motion, rows, psi_1.size
+    (v_mid, dt, v_end, held), (gain, cap, part), many = motion, rows, psi_1.size
     steps, n = cap.shape
     q, psi, fall, share = np.empty((LANES, n)), np.empty(LANES), np.empty(LANES), np.empty(LANES)
     for at in range(0, many, LANES):
@@ -114,6 +117,9 @@ def rebound(motion, rows, psi_1, chi, psi_2_out):
                 psi[lane] -= fall[lane] * share[lane] * drop
         for lane in range(lanes):
             psi_2_out[at + lane] = psi[lane] - fall[lane] * share[lane] * (v_mid[steps - 1] - v_end)
+            lost, before = fall[lane] * (1.0 - v_end), psi_1[at + lane]
+            if abs(before) >= max(lost + held * v_end, 1.0):  # slides throughout, to the bit of its bound
+                psi_2_out[at + lane] = before - copysign(lost, before)
 
 
 jit_module(__name__, jit_of_sums)
